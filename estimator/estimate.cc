@@ -1,0 +1,14 @@
+#include "estimator/estimate.h"
+
+namespace tagtwist {
+
+const char* ToString(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kOk: return "ok";
+    case FrameStatus::kPredicted: return "predicted";
+    case FrameStatus::kNoFix: return "no_fix";
+  }
+  return "";
+}
+
+}  // namespace tagtwist

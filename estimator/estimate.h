@@ -1,0 +1,55 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
+
+namespace tagtwist {
+
+/// How a frame came by its state.
+enum class FrameStatus {
+  kOk,         // tags of its own
+  kPredicted,  // no tag: tracks, neighbours and the motion prior
+  kNoFix,      // window mode, before the first tag: no state
+};
+const char* ToString(FrameStatus status);  // "ok", "predicted", "no_fix"
+
+/// One frame of the result. With kNoFix the state and covariance mean nothing.
+struct FrameEstimate {
+  int64_t t_ns = 0;
+  FrameStatus status = FrameStatus::kNoFix;
+  BodyState state;
+  StateCovariance covariance = StateCovariance::Zero();  // error state of BodyState
+  ClosedForm closed_form;
+  int n_tags = 0, n_tracks = 0;
+};
+
+/// Noise that the estimate was made with. Densities are those of white noise on acceleration.
+struct NoiseModel {
+  double corner_sigma_px = 0.2;     // one corner coordinate
+  double track_sigma_px = 0.3;      // one track coordinate
+  double accel_psd = 1.0;           // [(m/s^2)^2/Hz]
+  double angular_accel_psd = 10.0;  // [(rad/s^2)^2/Hz]
+  std::string source = "default";   // "default", "learned", "given", or "learned, given" when mixed
+};
+
+/// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode
+/// optimise_ms has one entry: the whole solve.
+struct StageTimes {
+  std::vector<double> detect_ms, track_ms, seed_ms, optimise_ms, frame_ms;
+};
+
+/// The result of a run.
+struct Estimate {
+  std::string mode;                   // "batch" or "sliding_window"
+  std::vector<FrameEstimate> frames;  // one a frame; in window mode known at the frame's arrival
+  std::vector<FrameEstimate> lagged;  // window mode: the same frames at the window's lag
+  NoiseModel noise;
+  std::vector<double> reprojection_px;  // every corner's distance from its prediction [px]
+  StageTimes times;
+  std::vector<std::string> warnings;  // one line each, for the person who runs it
+};
+
+}  // namespace tagtwist

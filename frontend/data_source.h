@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/result.h"
+
+namespace tagtwist {
+
+/// One packet of a recording.
+struct Frame {
+  int64_t t_ns = 0;
+  std::string name;           // for messages: the image's path, or "studentdata1.mat: data(17)"
+  cv::Mat image;              // 8-bit gray; empty when not asked for, or bad
+  std::string image_problem;  // why the image is empty though it was asked for: "cannot decode"
+  std::vector<TagDetection> detections;  // the data set's own corners; only with use_detections
+};
+
+struct DataSourceOptions {
+  /// Corners come from the data set (detections.csv, or id and p0..p4 of the .mat), not from images.
+  bool use_detections = false;
+  /// With use_detections: images are still read where there are any (for the tracks).
+  bool read_images = true;
+};
+
+/// A recording, streamed: frames come one at a time in order of time, images are read when asked
+/// for and never kept. Ground truth and IMU are small and read at opening.
+class DataSource {
+ public:
+  virtual ~DataSource() = default;
+  /// The next frame, nullopt at the end, or an error that ends the recording.
+  virtual Result<std::optional<Frame>> Next() = 0;
+  /// All frames' stamps, known at opening, strictly growing.
+  virtual const std::vector<int64_t>& stamps_ns() const = 0;
+  virtual const std::vector<TruthSample>& ground_truth() const = 0;  // empty when there is none
+  virtual const std::vector<ImuSample>& imu() const = 0;             // empty when there is none
+};
+
+/// Opens a course .mat, an EuRoC/ASL folder (mav0/cam0/data.csv, or cam0/data.csv, below it) or a
+/// plain folder (timestamps.csv), told apart by what is there. Errors name the file, the line where
+/// there is one, and the fault.
+Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
+                                                   const DataSourceOptions& options);
+
+}  // namespace tagtwist

@@ -1,0 +1,52 @@
+#pragma once
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "frontend/closed_form.h"
+#include "frontend/klt_tracker.h"
+#include "frontend/tag_detector.h"
+#include "frontend/types/camera.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+struct FrontEndOptions {
+  TagDetectorOptions detector;
+  KltOptions klt;
+  ClosedFormOptions closed_form;
+};
+
+/// What one call took, stage by stage [ms].
+struct FrontEndTiming {
+  double detect_ms = 0, track_ms = 0, seed_ms = 0;
+};
+
+/// Images to measurements, frame after frame. Its state is what the seed's method carries over: the
+/// open tracks with the previous image, the previous frame's pose and stamp, the low-pass.
+/// Detection needs no state and is a call of its own (DetectTags), so that a caller can run it ahead.
+class FrontEnd {
+ public:
+  FrontEnd(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
+           const FrontEndOptions& options);
+
+  /// Measurements of the next frame from its tags (FilterTags is applied) and its image, which may
+  /// be empty (no image, or a bad one): then there are no tracks and the open ones end.
+  FrameMeasurements Process(int64_t t_ns, const std::vector<TagDetection>& tags,
+                            const cv::Mat& image);
+
+ private:
+  Camera camera_;
+  Pose cam_from_body_;
+  TagMap map_;
+  KltTracker tracker_;
+  ClosedFormEstimator closed_form_;
+};
+
+/// Tags that the estimator may use: in the map, once each (repeated ids are all dropped), finite,
+/// all corners at least border_px inside the image. Sorted by id.
+std::vector<TagDetection> FilterTags(const std::vector<TagDetection>& tags, const TagMap& map,
+                                     const Camera& camera, double border_px);
+
+}  // namespace tagtwist

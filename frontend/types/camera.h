@@ -1,0 +1,39 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+namespace tagtwist {
+
+/// Pinhole camera with radial-tangential (Brown-Conrady) distortion, OpenCV's model and order
+/// k1 k2 p1 p2 k3. Pixels follow OpenCV: the centre of the top-left pixel is (0, 0).
+/// Defaults: the course's camera, images already rectified (design of the data set).
+struct Camera {
+  int width = 376, height = 240;          // [px]
+  double fx = 311.0520, fy = 311.3885;    // [px]
+  double cx = 201.8724, cy = 113.6210;    // [px]
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+
+  bool IsDistorted() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0; }
+
+  /// Pixel of point_in_cam [m]; false (outputs untouched) when the depth is below 1 mm.
+  /// The pixel may lie outside the image. The optional Jacobian is 2x3 [px/m].
+  bool Project(const Eigen::Vector3d& point_in_cam, Eigen::Vector2d* pixel,
+               Eigen::Matrix<double, 2, 3>* d_pixel_d_point = nullptr) const;
+
+  /// Normalised image coordinates (x = X/Z, y = Y/Z) seen at a pixel; nullopt where the distortion
+  /// cannot be inverted. The optional Jacobian is 2x2 [1/px].
+  std::optional<Eigen::Vector2d> Unproject(const Eigen::Vector2d& pixel,
+                                           Eigen::Matrix2d* d_normalised_d_pixel = nullptr) const;
+
+  /// True when the pixel lies on the image, at least margin_px from its border.
+  bool Contains(const Eigen::Vector2d& pixel, double margin_px = 0) const {
+    return pixel.x() >= margin_px && pixel.y() >= margin_px && pixel.x() <= width - 1 - margin_px &&
+           pixel.y() <= height - 1 - margin_px;
+  }
+
+  /// The broken rule, or nullopt when the camera can be used.
+  std::optional<std::string> Problem() const;
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,42 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "frontend/types/body_state.h"
+
+namespace tagtwist {
+
+/// A tag seen in an image. Corners p1..p4 in pixels, pixel centres at integers (the OpenCV
+/// convention): bottom-left, bottom-right, top-right, top-left of the tag as printed.
+struct TagDetection {
+  int id = -1;
+  std::array<Eigen::Vector2d, 4> corners;
+};
+
+/// A KLT track seen in an image. Ids grow by order of birth and are never used again.
+struct TrackObservation {
+  int64_t track_id = -1;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
+
+/// What the seed report's closed form says of one frame, body in W; empty where it has no answer
+/// (no tag; no previous frame; too few points).
+struct ClosedForm {
+  std::optional<Pose> world_from_body;   // homography, DLT + SVD
+  std::optional<Twist> twist_plain;      // least squares over all flow
+  std::optional<Twist> twist_ransac;     // refit on the inliers of the 3-point RANSAC
+  std::optional<Twist> twist_low_pass;   // the RANSAC twist through the low-pass: the full method
+};
+
+/// All that the frontend says of one frame.
+struct FrameMeasurements {
+  int64_t t_ns = 0;
+  std::vector<TagDetection> tags;        // all in the map, each id at most once
+  std::vector<TrackObservation> tracks;  // points off the tags
+  ClosedForm closed_form;
+};
+
+}  // namespace tagtwist
