@@ -4,9 +4,12 @@ namespace tagtwist {
 
 const char* ToString(FrameStatus status) {
   switch (status) {
-    case FrameStatus::kOk: return "ok";
-    case FrameStatus::kPredicted: return "predicted";
-    case FrameStatus::kNoFix: return "no_fix";
+    case FrameStatus::kOk:
+      return "ok";
+    case FrameStatus::kPredicted:
+      return "predicted";
+    case FrameStatus::kNoFix:
+      return "no_fix";
   }
   return "";
 }

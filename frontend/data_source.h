@@ -22,7 +22,8 @@ struct Frame {
 };
 
 struct DataSourceOptions {
-  /// Corners come from the data set (detections.csv, or id and p0..p4 of the .mat), not from images.
+  /// Corners come from the data set (detections.csv, or id and p0..p4 of the .mat), not from
+  /// images.
   bool use_detections = false;
   /// With use_detections: images are still read where there are any (for the tracks).
   bool read_images = true;

@@ -18,28 +18,25 @@ struct FrontEndOptions {
   ClosedFormOptions closed_form;
 };
 
-/// What one call took, stage by stage [ms].
-struct FrontEndTiming {
-  double detect_ms = 0, track_ms = 0, seed_ms = 0;
-};
-
 /// Images to measurements, frame after frame. Its state is what the seed's method carries over: the
 /// open tracks with the previous image, the previous frame's pose and stamp, the low-pass.
-/// Detection needs no state and is a call of its own (DetectTags), so that a caller can run it ahead.
+/// Detection needs no state and is a call of its own (TagDetector, then FilterTags), so that a
+/// caller can run it ahead. Track and Seed are the two stages of Process, for callers that time
+/// them.
 class FrontEnd {
  public:
   FrontEnd(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
            const FrontEndOptions& options);
 
-  /// Measurements of the next frame from its tags (FilterTags is applied) and its image, which may
-  /// be empty (no image, or a bad one): then there are no tracks and the open ones end.
+  /// Measurements of the next frame from its filtered tags and its image, which may be empty (no
+  /// image, or a bad one): then there are no tracks and the open ones end.
   FrameMeasurements Process(int64_t t_ns, const std::vector<TagDetection>& tags,
                             const cv::Mat& image);
+  std::vector<TrackObservation> Track(const std::vector<TagDetection>& tags, const cv::Mat& image);
+  ClosedForm Seed(int64_t t_ns, const std::vector<TagDetection>& tags,
+                  const std::vector<TrackObservation>& tracks);
 
  private:
-  Camera camera_;
-  Pose cam_from_body_;
-  TagMap map_;
   KltTracker tracker_;
   ClosedFormEstimator closed_form_;
 };

@@ -40,10 +40,10 @@ TEST(So3, InverseJacobianIsTheInverse) {
   std::mt19937 rng(3);
   for (const double angle : kAngles) {
     const Eigen::Vector3d theta = RandomVector(rng, angle);
-    EXPECT_LT((RightJacobianInverseSo3(theta) * RightJacobianSo3(theta) -
-               Eigen::Matrix3d::Identity())
-                  .norm(),
-              1e-11)
+    EXPECT_LT(
+        (RightJacobianInverseSo3(theta) * RightJacobianSo3(theta) - Eigen::Matrix3d::Identity())
+            .norm(),
+        1e-11)
         << angle;
   }
 }

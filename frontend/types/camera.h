@@ -9,9 +9,9 @@ namespace tagtwist {
 /// k1 k2 p1 p2 k3. Pixels follow OpenCV: the centre of the top-left pixel is (0, 0).
 /// Defaults: the course's camera, images already rectified (design of the data set).
 struct Camera {
-  int width = 376, height = 240;          // [px]
-  double fx = 311.0520, fy = 311.3885;    // [px]
-  double cx = 201.8724, cy = 113.6210;    // [px]
+  int width = 376, height = 240;        // [px]
+  double fx = 311.0520, fy = 311.3885;  // [px]
+  double cx = 201.8724, cy = 113.6210;  // [px]
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
 
   bool IsDistorted() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0; }

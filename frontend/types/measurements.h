@@ -20,22 +20,23 @@ struct TagDetection {
 struct TrackObservation {
   int64_t track_id = -1;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  bool on_tag = false;  // inside a tag seen in this frame: its pixels speak already through the tag
 };
 
 /// What the seed report's closed form says of one frame, body in W; empty where it has no answer
 /// (no tag; no previous frame; too few points).
 struct ClosedForm {
-  std::optional<Pose> world_from_body;   // homography, DLT + SVD
-  std::optional<Twist> twist_plain;      // least squares over all flow
-  std::optional<Twist> twist_ransac;     // refit on the inliers of the 3-point RANSAC
-  std::optional<Twist> twist_low_pass;   // the RANSAC twist through the low-pass: the full method
+  std::optional<Pose> world_from_body;  // homography, DLT + SVD
+  std::optional<Twist> twist_plain;     // least squares over all flow
+  std::optional<Twist> twist_ransac;    // refit on the inliers of the 3-point RANSAC
+  std::optional<Twist> twist_low_pass;  // the RANSAC twist through the low-pass: the full method
 };
 
 /// All that the frontend says of one frame.
 struct FrameMeasurements {
   int64_t t_ns = 0;
   std::vector<TagDetection> tags;        // all in the map, each id at most once
-  std::vector<TrackObservation> tracks;  // points off the tags
+  std::vector<TrackObservation> tracks;  // sorted by track_id
   ClosedForm closed_form;
 };
 

@@ -75,8 +75,8 @@ TagMap MakeTagMap(const TagGrid& grid) {
   for (int column = 0; column < grid.columns; ++column) {
     double x = 0.5 * grid.tag_size_m;
     for (int row = 0; row < grid.rows; ++row) {
-      tags.push_back({grid.first_id + grid.rows * column + row,
-                      MakePose(world_from_tag, {x, y, 0}), grid.tag_size_m});
+      tags.push_back({grid.first_id + grid.rows * column + row, MakePose(world_from_tag, {x, y, 0}),
+                      grid.tag_size_m});
       if (row + 1 < grid.rows) x += grid.tag_size_m + grid.row_gaps_m[static_cast<size_t>(row)];
     }
     if (column + 1 < grid.columns) {

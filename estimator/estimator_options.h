@@ -1,0 +1,40 @@
+#pragma once
+#include <optional>
+#include <string>
+
+namespace tagtwist {
+
+/// What the factor graph is built with. A noise parameter that is not given is learned from the
+/// data. Field names are the YAML keys of the section `estimator`.
+struct EstimatorOptions {
+  std::optional<double> corner_sigma_px;    // one corner coordinate [px], > 0
+  std::optional<double> track_sigma_px;     // one track coordinate [px], > 0
+  std::optional<double> accel_psd;          // white noise on acceleration [(m/s^2)^2/Hz], > 0
+  std::optional<double> angular_accel_psd;  // [(rad/s^2)^2/Hz], > 0
+  bool use_tracks = true;                   // KLT tracks enter the graph
+  int max_tracks_per_frame = 40;            // in the graph, >= 0
+  int track_segment_frames = 6;  // a track enters in pieces of at most this many frames, >= 2
+  double robust_scale = 3.0;     // Cauchy scale in standard deviations of a block, > 0
+  int window_frames = 15;        // states in the sliding window, >= 2
+  int max_iterations = 30;       // of a batch solve, >= 1
+  int window_iterations = 4;     // of a window's solve at each frame, >= 1
+
+  std::optional<std::string> Problem() const;
+
+  template <typename Self, typename Visitor>
+  static void VisitFields(Self& self, Visitor&& visit) {
+    visit("corner_sigma_px", self.corner_sigma_px);
+    visit("track_sigma_px", self.track_sigma_px);
+    visit("accel_psd", self.accel_psd);
+    visit("angular_accel_psd", self.angular_accel_psd);
+    visit("use_tracks", self.use_tracks);
+    visit("max_tracks_per_frame", self.max_tracks_per_frame);
+    visit("track_segment_frames", self.track_segment_frames);
+    visit("robust_scale", self.robust_scale);
+    visit("window_frames", self.window_frames);
+    visit("max_iterations", self.max_iterations);
+    visit("window_iterations", self.window_iterations);
+  }
+};
+
+}  // namespace tagtwist
