@@ -1,0 +1,171 @@
+#include "apps/usage.h"
+
+#include <gflags/gflags.h>
+
+#include <cstdlib>
+#include <iostream>
+#include <sstream>
+
+#ifndef TAGTWIST_VERSION
+#define TAGTWIST_VERSION "unknown"
+#endif
+
+namespace tagtwist {
+namespace {
+
+constexpr size_t kWrapColumn = 100;
+
+// The flags that gflags brings along (--flagfile, --fromenv, ...): not ours, not honoured.
+bool IsOfGflagsItself(const gflags::CommandLineFlagInfo& info) {
+  return info.filename.find("gflags") != std::string::npos;
+}
+
+bool FindFlag(const std::string& name, gflags::CommandLineFlagInfo* info) {
+  return gflags::GetCommandLineFlagInfo(name.c_str(), info) && !IsOfGflagsItself(*info);
+}
+
+bool IsTrueWord(const std::string& word) {
+  return word == "true" || word == "1" || word == "yes" || word == "t" || word == "y";
+}
+
+// Paragraph `text` broken at words, every line after the first indented.
+std::string Wrap(const std::string& text, size_t first_column, size_t indent) {
+  std::istringstream words(text);
+  std::string out, word;
+  size_t column = first_column;
+  while (words >> word) {
+    if (column > indent && column + 1 + word.size() > kWrapColumn) {
+      out += "\n" + std::string(indent, ' ');
+      column = indent;
+    } else if (!out.empty()) {
+      out += ' ';
+      ++column;
+    }
+    out += word;
+    column += word.size();
+  }
+  return out;
+}
+
+std::string DescribeFlag(const gflags::CommandLineFlagInfo& info) {
+  constexpr size_t kTextColumn = 26;
+  const bool is_bool = info.type == "bool";
+  std::string line = "  --" + info.name;
+  if (is_bool) {
+    line += info.default_value == "true" ? "=false" : "";
+  } else {
+    line += info.type == "string" ? " TEXT" : " NUMBER";
+  }
+  line += line.size() < kTextColumn ? std::string(kTextColumn - line.size(), ' ')
+                                    : "\n" + std::string(kTextColumn, ' ');
+  std::string text = info.description;
+  if (!is_bool && !info.default_value.empty()) text += " [" + info.default_value + "]";
+  return line + Wrap(text, kTextColumn, kTextColumn) + "\n";
+}
+
+ParsedCommandLine WrongUsage(const Usage& usage, const std::string& fault) {
+  ParsedCommandLine out;
+  out.exit_status = 2;
+  out.text = usage.program + ": " + fault + " (see " + usage.program + " --help)\n";
+  return out;
+}
+
+// A flag as typed: its name, and its value where one was given.
+struct TypedFlag {
+  std::string name, value;
+  bool has_value = false;
+};
+
+TypedFlag SplitFlag(const std::string& argument) {
+  const std::string body = argument.substr(argument.rfind("--", 0) == 0 ? 2 : 1);
+  const size_t equals = body.find('=');
+  if (equals == std::string::npos) return {body, "", false};
+  return {body.substr(0, equals), body.substr(equals + 1), true};
+}
+
+// --help and --version, with the status and the text to end with.
+bool AnswerQuestion(const TypedFlag& flag, const Usage& usage, ParsedCommandLine* out) {
+  const bool help = flag.name == "help" || flag.name == "h" || flag.name == "helpshort";
+  if (!help && flag.name != "version") return false;
+  if (flag.has_value && !IsTrueWord(flag.value)) return false;
+  out->exit_status = 0;
+  out->text = help ? HelpText(usage) : usage.program + " " + TAGTWIST_VERSION + "\n";
+  return true;
+}
+
+// The fault in words, or empty; may take the value from the next argument.
+std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
+  gflags::CommandLineFlagInfo info;
+  if (!FindFlag(flag.name, &info)) {
+    const bool negated = !flag.has_value && flag.name.rfind("no", 0) == 0;
+    if (!negated || !FindFlag(flag.name.substr(2), &info) || info.type != "bool") {
+      return "unknown flag --" + flag.name;
+    }
+    flag = {info.name, "false", true};
+  }
+  if (!flag.has_value && info.type == "bool") {
+    flag.value = "true";
+  } else if (!flag.has_value) {
+    if (*i + 1 >= argc) return "--" + flag.name + ": expected a value";
+    flag.value = argv[++*i];
+  }
+  if (gflags::SetCommandLineOption(flag.name.c_str(), flag.value.c_str()).empty()) {
+    return "--" + flag.name + ": bad value '" + flag.value + "'";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string HelpText(const Usage& usage) {
+  std::string out = usage.program + " " + usage.synopsis + "\n\n" + usage.summary + "\n";
+  for (const FlagGroup& group : usage.groups) {
+    out += "\n" + group.title + "\n";
+    for (const std::string& name : group.flags) {
+      gflags::CommandLineFlagInfo info;
+      if (FindFlag(name, &info)) out += DescribeFlag(info);
+    }
+  }
+  out += "\nHelp\n  --help                  this text\n  --version               the version\n";
+  out += "\nExit status: 0 done; 1 bad input or data, told in one line; 2 wrong usage.\n";
+  return out;
+}
+
+ParsedCommandLine ParseCommandLine(int argc, const char* const* argv, const Usage& usage) {
+  ParsedCommandLine out;
+  bool flags_ended = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (flags_ended || argument.size() < 2 || argument[0] != '-') {
+      out.arguments.push_back(argument);
+    } else if (argument == "--") {
+      flags_ended = true;
+    } else {
+      const TypedFlag flag = SplitFlag(argument);
+      if (AnswerQuestion(flag, usage, &out)) return out;
+      const std::string fault = SetFlag(flag, argc, argv, &i);
+      if (!fault.empty()) return WrongUsage(usage, fault);
+    }
+  }
+  if (out.arguments.size() > static_cast<size_t>(usage.max_arguments)) {
+    const std::string& stray = out.arguments[static_cast<size_t>(usage.max_arguments)];
+    return WrongUsage(usage, "unexpected argument '" + stray + "'");
+  }
+  return out;
+}
+
+std::vector<std::string> ParseFlagsOrExit2(int argc, char** argv, const Usage& usage) {
+  ParsedCommandLine parsed = ParseCommandLine(argc, argv, usage);
+  if (parsed.exit_status) {
+    (*parsed.exit_status == 0 ? std::cout : std::cerr) << parsed.text << std::flush;
+    std::exit(*parsed.exit_status);  // NOLINT(concurrency-mt-unsafe): before any thread
+  }
+  return parsed.arguments;
+}
+
+int Fail(const Usage& usage, const std::string& message, int status) {
+  std::cerr << usage.program << ": " << message << std::endl;
+  return status;
+}
+
+}  // namespace tagtwist
