@@ -1,0 +1,47 @@
+#include "frontend/tag_planes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tagtwist {
+namespace {
+
+constexpr double kOnPlaneM = 2e-3;
+constexpr double kWorldPlaneM = 1e-9;
+
+// True when a tag's corners lie within `tolerance_m` of the plane and its z points the same way.
+bool IsOnPlane(const Tag& tag, const Pose& world_from_plane, double tolerance_m) {
+  const Pose plane_from_tag = Inverse(world_from_plane) * tag.world_from_tag;
+  if (!((plane_from_tag.rotation() * Eigen::Vector3d::UnitZ()).z() > 0)) return false;
+  const auto corners = TagCornersInWorld({tag.id, plane_from_tag, tag.size_m});
+  return std::all_of(corners.begin(), corners.end(), [&](const Eigen::Vector3d& corner) {
+    return std::abs(corner.z()) <= tolerance_m;
+  });
+}
+
+}  // namespace
+
+TagPlanes FindTagPlanes(const TagMap& map) {
+  TagPlanes planes;
+  for (const Tag& tag : map.tags()) {
+    size_t plane = 0;
+    while (plane < planes.world_from_plane.size() &&
+           !IsOnPlane(tag, planes.world_from_plane[plane], kOnPlaneM)) {
+      ++plane;
+    }
+    if (plane == planes.world_from_plane.size()) {
+      const bool is_world = IsOnPlane(tag, Pose(), kWorldPlaneM);
+      planes.world_from_plane.push_back(is_world ? Pose() : tag.world_from_tag);
+    }
+    planes.plane_of_tag.emplace(tag.id, plane);
+  }
+  return planes;
+}
+
+size_t MainPlane(const TagPlanes& planes, const std::vector<TagDetection>& tags) {
+  std::vector<int> votes(planes.world_from_plane.size(), 0);
+  for (const TagDetection& tag : tags) ++votes[planes.plane_of_tag.at(tag.id)];
+  return static_cast<size_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
+}
+
+}  // namespace tagtwist
