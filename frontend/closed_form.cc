@@ -70,7 +70,7 @@ ClosedFormEstimator::ClosedFormEstimator(const Camera& camera, const Pose& cam_f
       cam_from_body_(cam_from_body),
       map_(map),
       options_(options),
-      planes_(FindTagPlanes(map)) {}
+      planes_(FindTagPlanes(map.tags())) {}
 
 ClosedForm ClosedFormEstimator::Update(int64_t t_ns, const std::vector<TagDetection>& tags,
                                        const std::vector<TrackObservation>& tracks) {

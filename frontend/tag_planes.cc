@@ -21,9 +21,9 @@ bool IsOnPlane(const Tag& tag, const Pose& world_from_plane, double tolerance_m)
 
 }  // namespace
 
-TagPlanes FindTagPlanes(const TagMap& map) {
+TagPlanes FindTagPlanes(const std::vector<Tag>& tags) {
   TagPlanes planes;
-  for (const Tag& tag : map.tags()) {
+  for (const Tag& tag : tags) {
     size_t plane = 0;
     while (plane < planes.world_from_plane.size() &&
            !IsOnPlane(tag, planes.world_from_plane[plane], kOnPlaneM)) {

@@ -16,7 +16,7 @@ struct TagPlanes {
 };
 
 /// Tags are on one plane when their corners lie within 2 mm of it and they face the same way.
-TagPlanes FindTagPlanes(const TagMap& map);
+TagPlanes FindTagPlanes(const std::vector<Tag>& tags);
 
 /// The plane with the most of these tags (the first on a tie); all must be in the map. The list
 /// must not be empty.
