@@ -71,6 +71,12 @@ Result<TagFamilyPointer> CreateTagFamily(const std::string& name) {
   return Error{"tag family: expected one of " + known + ", got '" + name + "'"};
 }
 
+Result<int> TagFamilySize(const std::string& name) {
+  const auto family = CreateTagFamily(name);
+  if (!family) return family.error();
+  return static_cast<int>((*family)->ncodes);
+}
+
 Result<std::vector<TagPattern>> MakeTagPatterns(const std::string& family_name,
                                                 const std::vector<int>& ids) {
   auto family = CreateTagFamily(family_name);

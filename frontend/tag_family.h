@@ -20,6 +20,9 @@ std::vector<std::string> TagFamilyNames();
 /// A family by its name. A detector keeps data of its own in it, so each detector needs its own.
 Result<TagFamilyPointer> CreateTagFamily(const std::string& name);
 
+/// How many tags the family has: ids 0..n - 1. An unknown name is an error.
+Result<int> TagFamilySize(const std::string& name);
+
 /// A tag as a grid of cells, paper included: row 0 is the top as printed.
 struct TagPattern {
   int cells = 0;         // side of the grid: the tag with one white cell of paper around it

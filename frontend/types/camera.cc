@@ -2,11 +2,13 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <utility>
 
 namespace tagtwist {
 namespace {
 
 constexpr double kMinDepthM = 1e-3;
+constexpr int kMaxImageSide = 16384;  // [px]
 
 // Brown-Conrady distortion of normalised coordinates, and its 2x2 Jacobian.
 Eigen::Vector2d Distort(const Camera& c, const Eigen::Vector2d& n, Eigen::Matrix2d* jacobian) {
@@ -66,8 +68,12 @@ std::optional<Eigen::Vector2d> Camera::Unproject(const Eigen::Vector2d& pixel,
 }
 
 std::optional<std::string> Camera::Problem() const {
-  if (width < 1) return "width: expected >= 1, got " + std::to_string(width);
-  if (height < 1) return "height: expected >= 1, got " + std::to_string(height);
+  for (const auto& [key, size] : {std::pair("width", width), std::pair("height", height)}) {
+    if (size < 1 || size > kMaxImageSide) {
+      return std::string(key) + ": expected 1.." + std::to_string(kMaxImageSide) + ", got " +
+             std::to_string(size);
+    }
+  }
   if (!(fx > 0) || !std::isfinite(fx)) return "fx: expected > 0, got " + std::to_string(fx);
   if (!(fy > 0) || !std::isfinite(fy)) return "fy: expected > 0, got " + std::to_string(fy);
   for (const double value : {cx, cy, k1, k2, p1, p2, k3}) {
