@@ -1,0 +1,90 @@
+#include "estimator/block_banded.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <utility>
+
+namespace tagtwist {
+namespace {
+
+using Block = BlockBandedMatrix::Block;
+
+// Last block row that column j reaches.
+int LastRow(const BlockBandedMatrix& m, int j) { return std::min(m.size() - 1, j + m.bandwidth()); }
+
+}  // namespace
+
+BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::move(matrix)) {
+  for (int j = 0; j < l_.size(); ++j) {
+    const Eigen::LLT<Block> llt(l_.At(j, j));
+    if (llt.info() != Eigen::Success) {
+      ok_ = false;
+      return;
+    }
+    l_.At(j, j) = llt.matrixL();
+    const auto diagonal = l_.At(j, j).triangularView<Eigen::Lower>();
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) {
+      diagonal.transpose().solveInPlace<Eigen::OnTheRight>(l_.At(i, j));
+    }
+    for (int k = j + 1; k <= LastRow(l_, j); ++k) {
+      for (int i = k; i <= LastRow(l_, j); ++i) {
+        l_.At(i, k).noalias() -= l_.At(i, j) * l_.At(k, j).transpose();
+      }
+    }
+  }
+}
+
+Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
+  Eigen::VectorXd x = b;
+  for (int j = 0; j < l_.size(); ++j) {
+    auto x_j = x.segment<12>(12 * j);
+    l_.At(j, j).triangularView<Eigen::Lower>().solveInPlace(x_j);
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) {
+      x.segment<12>(12 * i).noalias() -= l_.At(i, j) * x_j;
+    }
+  }
+  for (int j = l_.size() - 1; j >= 0; --j) {
+    auto x_j = x.segment<12>(12 * j);
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) {
+      x_j.noalias() -= l_.At(i, j).transpose() * x.segment<12>(12 * i);
+    }
+    l_.At(j, j).triangularView<Eigen::Lower>().transpose().solveInPlace(x_j);
+  }
+  return x;
+}
+
+BlockBandedMatrix BlockBandedCholesky::SelectedInverse() const {
+  BlockBandedMatrix p(l_.size(), l_.bandwidth());
+  std::vector<Block, Eigen::aligned_allocator<Block>> g;  // L_kj L_jj^-1, k = j+1...
+  for (int j = l_.size() - 1; j >= 0; --j) {
+    const int last = LastRow(l_, j);
+    const auto diagonal = l_.At(j, j).triangularView<Eigen::Lower>();
+    g.clear();
+    for (int k = j + 1; k <= last; ++k) {
+      g.push_back(l_.At(k, j));
+      diagonal.solveInPlace<Eigen::OnTheRight>(g.back());
+    }
+    for (int i = j + 1; i <= last; ++i) {
+      Block& p_ij = p.At(i, j);
+      for (int k = j + 1; k <= last; ++k) {
+        const Block& g_k = g[static_cast<size_t>(k - j - 1)];
+        if (i >= k) {
+          p_ij.noalias() -= p.At(i, k) * g_k;
+        } else {
+          p_ij.noalias() -= p.At(k, i).transpose() * g_k;
+        }
+      }
+    }
+    Block inverse = Block::Identity();
+    diagonal.solveInPlace(inverse);
+    Block& p_jj = p.At(j, j);
+    p_jj.noalias() = inverse.transpose() * inverse;
+    for (int k = j + 1; k <= last; ++k) {
+      p_jj.noalias() -= p.At(k, j).transpose() * g[static_cast<size_t>(k - j - 1)];
+    }
+    p_jj = (0.5 * (p_jj + p_jj.transpose())).eval();
+  }
+  return p;
+}
+
+}  // namespace tagtwist

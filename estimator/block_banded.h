@@ -1,0 +1,53 @@
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/StdVector>
+#include <vector>
+
+namespace tagtwist {
+
+/// Symmetric matrix of n x n blocks of 12 x 12, zero beyond `bandwidth` blocks from the diagonal; only
+/// the lower triangle is kept. The normal equations of a trajectory have this shape once the tracked
+/// points are eliminated, so that factorising, solving and inverting within the band all cost
+/// O(n bandwidth^2).
+class BlockBandedMatrix {
+ public:
+  using Block = Eigen::Matrix<double, 12, 12>;
+
+  BlockBandedMatrix(int size, int bandwidth)
+      : size_(size),
+        bandwidth_(bandwidth),
+        blocks_(static_cast<size_t>(size) * static_cast<size_t>(bandwidth + 1), Block::Zero()) {}
+
+  int size() const { return size_; }            // blocks a side
+  int bandwidth() const { return bandwidth_; }  // blocks below the diagonal
+  /// Block (row, column), column <= row <= column + bandwidth.
+  Block& At(int row, int column) { return blocks_[Index(row, column)]; }
+  const Block& At(int row, int column) const { return blocks_[Index(row, column)]; }
+
+ private:
+  size_t Index(int row, int column) const {
+    return static_cast<size_t>(column) * static_cast<size_t>(bandwidth_ + 1) +
+           static_cast<size_t>(row - column);
+  }
+  int size_, bandwidth_;
+  std::vector<Block, Eigen::aligned_allocator<Block>> blocks_;
+};
+
+/// Cholesky factorisation H = L L' of a positive definite BlockBandedMatrix.
+class BlockBandedCholesky {
+ public:
+  explicit BlockBandedCholesky(BlockBandedMatrix matrix);
+
+  /// False when the matrix was not positive definite; then nothing else may be called.
+  bool ok() const { return ok_; }
+  /// Solution of H x = b; b has 12 size entries.
+  Eigen::VectorXd Solve(const Eigen::VectorXd& b) const;
+  /// The blocks of H^-1 within the band: the selected inverse (Takahashi, Fagan and Chin 1973).
+  BlockBandedMatrix SelectedInverse() const;
+
+ private:
+  BlockBandedMatrix l_;
+  bool ok_ = true;
+};
+
+}  // namespace tagtwist

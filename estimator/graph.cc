@@ -1,0 +1,35 @@
+#include "estimator/graph.h"
+
+namespace tagtwist {
+
+GraphState ToGraphState(int64_t t_ns, const BodyState& state) {
+  GraphState out;
+  out.t_ns = t_ns;
+  out.pose = state.world_from_body;
+  out.twist << state.twist.v_world, state.twist.omega_body;
+  return out;
+}
+
+BodyState ToBodyState(const GraphState& state) {
+  BodyState out;
+  out.world_from_body = state.pose;
+  out.twist.v_world = state.twist.head<3>();
+  out.twist.omega_body = state.twist.tail<3>();
+  return out;
+}
+
+const double* Graph::Parameters(const BlockRef& block) const {
+  const auto index = static_cast<size_t>(block.index);
+  switch (block.kind) {
+    case BlockRef::Kind::kPose: return states[index].pose.params.data();
+    case BlockRef::Kind::kTwist: return states[index].twist.data();
+    case BlockRef::Kind::kPoint: return points[index].data();
+  }
+  return nullptr;
+}
+
+double* Graph::Parameters(const BlockRef& block) {
+  return const_cast<double*>(static_cast<const Graph*>(this)->Parameters(block));
+}
+
+}  // namespace tagtwist

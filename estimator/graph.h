@@ -1,0 +1,50 @@
+#pragma once
+#include <ceres/cost_function.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "frontend/types/body_state.h"
+
+namespace tagtwist {
+
+/// Which variable a factor touches: the pose or the twist of a state, or a tracked point.
+struct BlockRef {
+  enum class Kind { kPose, kTwist, kPoint };
+  Kind kind = Kind::kPose;
+  int index = 0;  // into Graph::states, or Graph::points
+};
+
+/// A state as the solver holds it.
+struct GraphState {
+  int64_t t_ns = 0;
+  Pose pose;                                                            // world_from_body
+  Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();  // [v_world; omega_body]
+};
+GraphState ToGraphState(int64_t t_ns, const BodyState& state);
+BodyState ToBodyState(const GraphState& state);
+
+enum class FactorKind { kTag, kTrack, kMotion, kPrior };
+
+/// A cost and the variables it touches, in the order of its blocks.
+struct Factor {
+  FactorKind kind = FactorKind::kTag;
+  std::unique_ptr<ceres::CostFunction> cost;
+  std::vector<BlockRef> blocks;
+  double huber_delta = 0;  // threshold on the norm of the whitened residual; 0: no robust loss
+};
+
+/// A factor graph over consecutive states: plain values, no solver state inside.
+struct Graph {
+  std::vector<GraphState> states;
+  std::vector<Eigen::Vector2d> points;  // on the map's plane [m]
+  std::vector<Factor> factors;
+
+  /// First parameter of a block.
+  double* Parameters(const BlockRef& block);
+  const double* Parameters(const BlockRef& block) const;
+};
+
+}  // namespace tagtwist

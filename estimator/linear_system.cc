@@ -1,0 +1,157 @@
+#include "estimator/linear_system.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "residuals/pose_manifold.h"
+
+namespace tagtwist {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Where a block starts in the error state of its state.
+int OffsetInState(BlockRef::Kind kind) { return kind == BlockRef::Kind::kPose ? 0 : 6; }
+
+// What the factors on one point have said so far.
+struct PointSystem {
+  Eigen::Matrix2d hessian = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  std::vector<std::pair<int, Eigen::Matrix<double, 6, 2>>> pose_point;  // state, H(pose, point)
+};
+
+// Most states apart that two blocks of a factor, or two views of a point, lie.
+int Bandwidth(const Graph& graph, const std::vector<bool>& use) {
+  int bandwidth = 1;
+  std::vector<std::array<int, 2>> spans(graph.points.size(), {-1, -1});
+  for (size_t f = 0; f < graph.factors.size(); ++f) {
+    if (!use.empty() && !use[f]) continue;
+    int low = -1, high = -1;
+    for (const BlockRef& block : graph.factors[f].blocks) {
+      if (block.kind == BlockRef::Kind::kPoint) {
+        auto& span = spans[static_cast<size_t>(block.index)];
+        span[0] = span[0] < 0 ? low : std::min(span[0], low);
+        span[1] = std::max(span[1], high);
+        low = span[0], high = span[1];
+        continue;
+      }
+      low = low < 0 ? block.index : std::min(low, block.index);
+      high = std::max(high, block.index);
+    }
+    bandwidth = std::max(bandwidth, high - low);
+  }
+  return bandwidth;
+}
+
+void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
+  int column_a = 0;
+  for (const BlockRef& a : factor.blocks) {
+    const int size_a = TangentSize(a.kind);
+    if (a.kind != BlockRef::Kind::kPoint) {
+      const auto jacobian_a = linear.jacobian.middleCols<6>(column_a);
+      system->gradient.segment<6>(12 * a.index + OffsetInState(a.kind)).noalias() +=
+          jacobian_a.transpose() * linear.residual;
+      int column_b = 0;
+      for (const BlockRef& b : factor.blocks) {
+        if (b.kind != BlockRef::Kind::kPoint && b.index <= a.index) {
+          system->hessian.At(a.index, b.index)
+              .block<6, 6>(OffsetInState(a.kind), OffsetInState(b.kind))
+              .noalias() += jacobian_a.transpose() * linear.jacobian.middleCols<6>(column_b);
+        }
+        column_b += TangentSize(b.kind);
+      }
+    }
+    column_a += size_a;
+  }
+}
+
+// A track factor: pose first, point second.
+void AddPoint(const Factor& factor, const LinearFactor& linear, PointSystem* point) {
+  const auto d_pose = linear.jacobian.leftCols<6>();
+  const auto d_point = linear.jacobian.rightCols<2>();
+  point->hessian.noalias() += d_point.transpose() * d_point;
+  point->gradient.noalias() += d_point.transpose() * linear.residual;
+  point->pose_point.emplace_back(factor.blocks[0].index, d_pose.transpose() * d_point);
+}
+
+void EliminatePoint(const PointSystem& point, LinearSystem* system) {
+  if (point.pose_point.empty()) return;
+  const Eigen::Matrix2d inverse = point.hessian.inverse();
+  if (!inverse.allFinite()) return;
+  for (const auto& [a, pose_point_a] : point.pose_point) {
+    const Eigen::Matrix<double, 6, 2> gain = pose_point_a * inverse;
+    system->gradient.segment<6>(12 * a).noalias() -= gain * point.gradient;
+    for (const auto& [b, pose_point_b] : point.pose_point) {
+      if (b > a) continue;
+      system->hessian.At(a, b).topLeftCorner<6, 6>().noalias() -= gain * pose_point_b.transpose();
+    }
+  }
+}
+
+}  // namespace
+
+int TangentSize(BlockRef::Kind kind) { return kind == BlockRef::Kind::kPoint ? 2 : 6; }
+
+bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  const auto& sizes = factor.cost->parameter_block_sizes();
+  const int rows = factor.cost->num_residuals();
+  std::vector<const double*> parameters;
+  std::vector<RowMajor> ambient;
+  std::vector<double*> pointers;
+  int columns = 0;
+  ambient.reserve(sizes.size());
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    parameters.push_back(graph.Parameters(factor.blocks[i]));
+    ambient.emplace_back(rows, sizes[i]);
+    pointers.push_back(ambient.back().data());
+    columns += TangentSize(factor.blocks[i].kind);
+  }
+  out->residual.resize(rows);
+  if (!factor.cost->Evaluate(parameters.data(), out->residual.data(), pointers.data())) {
+    return false;
+  }
+  out->jacobian.resize(rows, columns);
+  int column = 0;
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    const int size = TangentSize(factor.blocks[i].kind);
+    if (factor.blocks[i].kind == BlockRef::Kind::kPose) {
+      Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+      PoseManifold().PlusJacobian(parameters[i], plus.data());
+      out->jacobian.middleCols(column, size).noalias() = ambient[i] * plus;
+    } else {
+      out->jacobian.middleCols(column, size) = ambient[i];
+    }
+    column += size;
+  }
+  const double norm = out->residual.norm();
+  out->weight =
+      factor.huber_delta > 0 && norm > factor.huber_delta ? factor.huber_delta / norm : 1.0;
+  if (out->weight < 1) {
+    out->residual *= std::sqrt(out->weight);
+    out->jacobian *= std::sqrt(out->weight);
+  }
+  return true;
+}
+
+LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
+  const int size = static_cast<int>(graph.states.size());
+  LinearSystem system{BlockBandedMatrix(size, std::min(size - 1, Bandwidth(graph, use))),
+                      Eigen::VectorXd::Zero(12 * size)};
+  std::vector<PointSystem> points(graph.points.size());
+  LinearFactor linear;
+  for (size_t f = 0; f < graph.factors.size(); ++f) {
+    if (!use.empty() && !use[f]) continue;
+    const Factor& factor = graph.factors[f];
+    if (!LinearizeFactor(graph, factor, &linear)) continue;
+    AddStateBlocks(factor, linear, &system);
+    if (factor.blocks.back().kind == BlockRef::Kind::kPoint) {
+      AddPoint(factor, linear, &points[static_cast<size_t>(factor.blocks.back().index)]);
+    }
+  }
+  for (const PointSystem& point : points) EliminatePoint(point, &system);
+  return system;
+}
+
+}  // namespace tagtwist

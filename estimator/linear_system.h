@@ -1,0 +1,35 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimator/block_banded.h"
+#include "estimator/graph.h"
+
+namespace tagtwist {
+
+/// A factor linearised at the graph's values: whitened residual and Jacobian in the tangents of its
+/// blocks side by side (pose 6, twist 6, point 2), both scaled by the square root of the robust
+/// weight.
+struct LinearFactor {
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd jacobian;
+  double weight = 1;  // of the Huber loss, in (0, 1]
+};
+
+/// nullopt-free: returns false when the factor cannot be evaluated here (a point behind the camera).
+bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out);
+
+/// Columns of a block in its factor's Jacobian.
+int TangentSize(BlockRef::Kind kind);
+
+/// Normal equations H d = -gradient over the error states (BodyState order: theta, p, v, omega) of
+/// all states, the points eliminated by their Schur complement.
+struct LinearSystem {
+  BlockBandedMatrix hessian{0, 0};
+  Eigen::VectorXd gradient;
+};
+
+/// Normal equations of those factors whose entry in `use` is true (all when empty).
+LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use = {});
+
+}  // namespace tagtwist

@@ -1,0 +1,69 @@
+#include "estimator/solver.h"
+
+#include <ceres/ceres.h>
+
+#include <memory>
+
+#include "residuals/pose_manifold.h"
+
+namespace tagtwist {
+namespace {
+
+// Up to this many states a dense factorisation beats a sparse one.
+constexpr size_t kDenseStates = 8;
+
+ceres::Solver::Options MakeCeresOptions(const SolveOptions& options, Graph* graph) {
+  ceres::Solver::Options out;
+  out.max_num_iterations = options.max_iterations;
+  out.function_tolerance = options.function_tolerance;
+  out.gradient_tolerance = 1e-12;
+  out.parameter_tolerance = 1e-12;
+  out.num_threads = 1;
+  out.logging_type = ceres::SILENT;
+  out.initial_trust_region_radius = 1e8;  // seeds are near: begin as Gauss-Newton
+  out.max_trust_region_radius = 1e16;
+  const bool dense = graph->states.size() <= kDenseStates;
+  if (graph->points.empty()) {
+    out.linear_solver_type = dense ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
+    return out;
+  }
+  out.linear_solver_type = dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (auto& point : graph->points) ordering->AddElementToGroup(point.data(), 0);
+  for (auto& state : graph->states) {
+    ordering->AddElementToGroup(state.pose.params.data(), 1);
+    ordering->AddElementToGroup(state.twist.data(), 1);
+  }
+  out.linear_solver_ordering = std::move(ordering);
+  return out;
+}
+
+}  // namespace
+
+SolveSummary Solve(const SolveOptions& options, Graph* graph) {
+  ceres::Problem::Options problem_options;
+  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.disable_all_safety_checks = true;
+  PoseManifold manifold;
+  ceres::Problem problem(problem_options);
+  for (auto& state : graph->states) {
+    problem.AddParameterBlock(state.pose.params.data(), 7, &manifold);
+    problem.AddParameterBlock(state.twist.data(), 6);
+  }
+  for (auto& point : graph->points) problem.AddParameterBlock(point.data(), 2);
+  std::vector<double*> parameters;
+  for (const Factor& factor : graph->factors) {
+    parameters.clear();
+    for (const BlockRef& block : factor.blocks) parameters.push_back(graph->Parameters(block));
+    ceres::LossFunction* loss =
+        factor.huber_delta > 0 ? new ceres::HuberLoss(factor.huber_delta) : nullptr;
+    problem.AddResidualBlock(factor.cost.get(), loss, parameters);
+  }
+  ceres::Solver::Summary summary;
+  ceres::Solve(MakeCeresOptions(options, graph), &problem, &summary);
+  return {summary.IsSolutionUsable(), static_cast<int>(summary.iterations.size()),
+          summary.final_cost, summary.message};
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,25 @@
+#pragma once
+#include <string>
+
+#include "estimator/graph.h"
+
+namespace tagtwist {
+
+struct SolveOptions {
+  int max_iterations = 30;
+  double function_tolerance = 1e-9;  // relative change of the cost that ends the solve
+};
+
+/// How a solve ended; the caller must look at `usable`.
+struct SolveSummary {
+  bool usable = false;
+  int iterations = 0;
+  double final_cost = 0;  // half the sum of squares, robust
+  std::string message;
+};
+
+/// Refines all variables of the graph in place by Ceres (Levenberg-Marquardt; points eliminated by
+/// the Schur complement). One thread: sums in a fixed order, the same bytes on every run.
+SolveSummary Solve(const SolveOptions& options, Graph* graph);
+
+}  // namespace tagtwist
