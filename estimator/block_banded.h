@@ -5,10 +5,10 @@
 
 namespace tagtwist {
 
-/// Symmetric matrix of n x n blocks of 12 x 12, zero beyond `bandwidth` blocks from the diagonal; only
-/// the lower triangle is kept. The normal equations of a trajectory have this shape once the tracked
-/// points are eliminated, so that factorising, solving and inverting within the band all cost
-/// O(n bandwidth^2).
+/// Symmetric matrix of n x n blocks of 12 x 12, zero beyond `bandwidth` blocks from the diagonal;
+/// only the lower triangle is kept. The normal equations of a trajectory have this shape once the
+/// tracked points are eliminated, so that factorising, solving and inverting within the band all
+/// cost O(n bandwidth^2).
 class BlockBandedMatrix {
  public:
   using Block = Eigen::Matrix<double, 12, 12>;

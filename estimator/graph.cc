@@ -21,9 +21,12 @@ BodyState ToBodyState(const GraphState& state) {
 const double* Graph::Parameters(const BlockRef& block) const {
   const auto index = static_cast<size_t>(block.index);
   switch (block.kind) {
-    case BlockRef::Kind::kPose: return states[index].pose.params.data();
-    case BlockRef::Kind::kTwist: return states[index].twist.data();
-    case BlockRef::Kind::kPoint: return points[index].data();
+    case BlockRef::Kind::kPose:
+      return states[index].pose.params.data();
+    case BlockRef::Kind::kTwist:
+      return states[index].twist.data();
+    case BlockRef::Kind::kPoint:
+      return points[index].data();
   }
   return nullptr;
 }

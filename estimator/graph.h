@@ -20,7 +20,7 @@ struct BlockRef {
 /// A state as the solver holds it.
 struct GraphState {
   int64_t t_ns = 0;
-  Pose pose;                                                            // world_from_body
+  Pose pose;                                                                // world_from_body
   Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();  // [v_world; omega_body]
 };
 GraphState ToGraphState(int64_t t_ns, const BodyState& state);
@@ -31,9 +31,10 @@ enum class FactorKind { kTag, kTrack, kMotion, kPrior };
 /// A cost and the variables it touches, in the order of its blocks.
 struct Factor {
   FactorKind kind = FactorKind::kTag;
-  std::unique_ptr<ceres::CostFunction> cost;
+  std::shared_ptr<ceres::CostFunction> cost;  // immutable, shared by copies of the graph
   std::vector<BlockRef> blocks;
   double huber_delta = 0;  // threshold on the norm of the whitened residual; 0: no robust loss
+  int source = -1;         // kTag: which tag of its frame; kTrack: which segment; else -1
 };
 
 /// A factor graph over consecutive states: plain values, no solver state inside.

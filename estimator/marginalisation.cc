@@ -87,7 +87,7 @@ Factor MakePriorFactor(const Graph& graph, const std::vector<BlockRef>& blocks, 
         {is_pose, Eigen::Map<const Eigen::VectorXd>(graph.Parameters(block), is_pose ? 7 : 6)});
     factor.blocks.push_back({block.kind, block.index - 1});
   }
-  factor.cost = std::make_unique<PriorResidual>(
+  factor.cost = std::make_shared<PriorResidual>(
       std::move(prior_blocks), roots.asDiagonal() * vectors.transpose(),
       roots.cwiseInverse().asDiagonal() * (vectors.transpose() * m.gradient));
   return factor;

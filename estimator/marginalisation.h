@@ -9,7 +9,8 @@ namespace tagtwist {
 /// point seen from it, become one Gaussian prior on the states that they leave (Schur complement,
 /// linearised at the graph's values). Returned with its blocks numbered for the graph without that
 /// state; nullopt when those factors say nothing about the rest.
-/// The prior holds all that the removed factors knew: they must be dropped, see UsedByMarginalisation.
+/// The prior holds all that the removed factors knew: they must be dropped, see
+/// UsedByMarginalisation.
 std::optional<Factor> MarginalizeFirstState(const Graph& graph);
 
 /// Which factors MarginalizeFirstState consumes: one flag a factor.

@@ -1,0 +1,160 @@
+#include "estimator/graph_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "frontend/tag_planes.h"
+#include "residuals/constant_velocity_residual.h"
+#include "residuals/prior_residual.h"
+#include "residuals/tag_reprojection_residual.h"
+#include "residuals/track_residual.h"
+
+namespace tagtwist {
+namespace {
+
+// What a body may be expected to do before anything is known of its motion.
+constexpr double kFirstVelocitySigmaMps = 10.0;
+constexpr double kFirstRateSigmaRadps = 20.0;
+
+BlockRef PoseOf(int state) { return {BlockRef::Kind::kPose, state}; }
+BlockRef TwistOf(int state) { return {BlockRef::Kind::kTwist, state}; }
+
+Factor FirstTwistPrior() {
+  Eigen::VectorXd roots(6);
+  roots << Eigen::Vector3d::Constant(1 / kFirstVelocitySigmaMps),
+      Eigen::Vector3d::Constant(1 / kFirstRateSigmaRadps);
+  Factor factor;
+  factor.kind = FactorKind::kPrior;
+  factor.blocks = {TwistOf(0)};
+  factor.cost = std::make_shared<PriorResidual>(
+      std::vector<PriorBlock>{{false, Eigen::VectorXd::Zero(6)}},
+      Eigen::MatrixXd(roots.asDiagonal()), Eigen::VectorXd::Zero(6));
+  return factor;
+}
+
+double HuberDelta(const EstimatorSetup& setup, int dimension) {
+  return setup.options.robust_scale * std::sqrt(static_cast<double>(dimension));
+}
+
+void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& input, Graph* graph) {
+  TagObservation observation;
+  observation.pixel_covariances.fill(sigma_px * sigma_px * Eigen::Matrix2d::Identity());
+  for (size_t i = 0; i < input.frames.size(); ++i) {
+    const auto& tags = input.frames[i].tags;
+    for (size_t k = 0; k < tags.size(); ++k) {
+      observation.corners_in_world = setup.map.CornersInWorld(tags[k].id);
+      observation.pixels = tags[k].corners;
+      Factor factor;
+      factor.kind = FactorKind::kTag;
+      factor.blocks = {PoseOf(static_cast<int>(i))};
+      factor.huber_delta = HuberDelta(setup, 8);
+      factor.source = static_cast<int>(k);
+      factor.cost =
+          std::make_shared<TagReprojectionResidual>(observation, setup.camera, setup.cam_from_body);
+      graph->factors.push_back(std::move(factor));
+    }
+  }
+}
+
+void AddMotion(const NoiseModel& noise, Graph* graph) {
+  for (size_t i = 0; i + 1 < graph->states.size(); ++i) {
+    const int k = static_cast<int>(i);
+    Factor factor;
+    factor.kind = FactorKind::kMotion;
+    factor.blocks = {PoseOf(k), TwistOf(k), PoseOf(k + 1), TwistOf(k + 1)};
+    factor.cost = std::make_shared<ConstantVelocityResidual>(
+        ToSeconds(graph->states[i + 1].t_ns - graph->states[i].t_ns), noise.accel_psd,
+        noise.angular_accel_psd);
+    graph->factors.push_back(std::move(factor));
+  }
+}
+
+// Where the ray through a pixel meets the plane, in the plane's coordinates.
+std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
+                                            const Pose& world_from_body,
+                                            const Pose& world_from_plane,
+                                            const Eigen::Vector2d& pixel) {
+  const auto ray = setup.camera.Unproject(pixel);
+  if (!ray) return std::nullopt;
+  const Pose plane_from_cam =
+      Inverse(world_from_plane) * world_from_body * Inverse(setup.cam_from_body);
+  const Eigen::Vector3d direction =
+      plane_from_cam.rotation() * Eigen::Vector3d(ray->x(), ray->y(), 1);
+  const Eigen::Vector3d origin = plane_from_cam.translation();
+  const double depth = -origin.z() / direction.z();
+  constexpr double kMaxDepthM = 100;  // farther is a grazing view: no use, and badly conditioned
+  if (!(depth > 0.01 && depth < kMaxDepthM)) return std::nullopt;
+  return (origin + depth * direction).head<2>();
+}
+
+void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& input,
+               Graph* graph) {
+  const std::optional<Pose>& plane = setup.world_from_plane;
+  if (!plane || !setup.options.use_tracks) return;
+  const int end_frame = input.first_frame + static_cast<int>(input.frames.size());
+  for (size_t s = 0; s < input.segments.size(); ++s) {
+    const TrackSegment& segment = input.segments[s];
+    if (segment.pixels.size() < 2 || segment.first_frame < input.first_frame ||
+        segment.last_frame() >= end_frame) {
+      continue;
+    }
+    const int first = segment.first_frame - input.first_frame;
+    const auto point = PointOnPlane(setup, graph->states[static_cast<size_t>(first)].pose, *plane,
+                                    segment.pixels.front());
+    if (!point) continue;
+    const BlockRef point_ref{BlockRef::Kind::kPoint, static_cast<int>(graph->points.size())};
+    graph->points.push_back(*point);
+    for (size_t k = 0; k < segment.pixels.size(); ++k) {
+      Factor factor;
+      factor.kind = FactorKind::kTrack;
+      factor.blocks = {PoseOf(first + static_cast<int>(k)), point_ref};
+      factor.huber_delta = HuberDelta(setup, 2);
+      factor.source = static_cast<int>(s);
+      factor.cost = std::make_shared<TrackResidual>(segment.pixels[k], sigma_px, *plane,
+                                                    setup.camera, setup.cam_from_body);
+      graph->factors.push_back(std::move(factor));
+    }
+  }
+}
+
+bool CanBeEvaluated(const Graph& graph, const Factor& factor) {
+  std::vector<const double*> parameters;
+  for (const BlockRef& block : factor.blocks) parameters.push_back(graph.Parameters(block));
+  Eigen::VectorXd residual(factor.cost->num_residuals());
+  return factor.cost->Evaluate(parameters.data(), residual.data(), nullptr);
+}
+
+}  // namespace
+
+Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input) {
+  Graph graph;
+  for (const GraphFrame& frame : input.frames) {
+    graph.states.push_back(ToGraphState(frame.t_ns, frame.state));
+  }
+  graph.factors.push_back(input.prior ? *input.prior : FirstTwistPrior());
+  AddTags(setup, noise.corner_sigma_px, input, &graph);
+  AddMotion(noise, &graph);
+  AddTracks(setup, noise.track_sigma_px, input, &graph);
+  const auto useless = [&](const Factor& factor) { return !CanBeEvaluated(graph, factor); };
+  graph.factors.erase(std::remove_if(graph.factors.begin(), graph.factors.end(), useless),
+                      graph.factors.end());
+  return graph;
+}
+
+void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {
+  for (size_t i = 0; i < graph.states.size(); ++i) {
+    (*frames)[i].state = ToBodyState(graph.states[i]);
+  }
+}
+
+EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
+                                  const TagMap& map, const EstimatorOptions& options) {
+  const TagPlanes planes = FindTagPlanes(map.tags());
+  std::optional<Pose> plane;
+  if (planes.world_from_plane.size() == 1) plane = planes.world_from_plane.front();
+  return {camera, cam_from_body, map, options, plane};
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,52 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "estimator/estimate.h"
+#include "estimator/estimator_options.h"
+#include "estimator/graph.h"
+#include "estimator/track_segments.h"
+#include "frontend/types/camera.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// What does not change during a run.
+struct EstimatorSetup {
+  Camera camera;
+  Pose cam_from_body;
+  TagMap map;
+  EstimatorOptions options;
+  std::optional<Pose> world_from_plane;  // of all tags, z its normal, where the tracks lie too
+};
+
+/// Finds the plane; without a common one the tracks stay out of the graph.
+EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
+                                  const TagMap& map, const EstimatorOptions& options);
+
+/// One frame as the graph takes it.
+struct GraphFrame {
+  int64_t t_ns = 0;
+  BodyState state;                 // where the solve starts, and then its result
+  std::vector<TagDetection> tags;  // accepted ones
+};
+
+/// Consecutive frames, the pieces of tracks that lie wholly in them, and what is known from before.
+struct GraphInput {
+  std::vector<GraphFrame> frames;
+  int first_frame = 0;  // of `frames`, in the count of the segments
+  std::vector<TrackSegment>
+      segments;                 // those with views outside the frames, or one view, are passed over
+  std::optional<Factor> prior;  // of marginalised states; without one the first twist gets a
+                                // weak one, for a single frame says nothing about motion
+};
+
+/// The factor graph of these frames: tags, tracks, motion between neighbours, prior. Factors that
+/// cannot be evaluated at the frames' states (a corner behind the camera) are left out.
+Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input);
+
+/// Writes the graph's states back into the frames.
+void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames);
+
+}  // namespace tagtwist

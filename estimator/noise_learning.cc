@@ -1,0 +1,174 @@
+#include "estimator/noise_learning.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "estimator/linear_system.h"
+
+namespace tagtwist {
+namespace {
+
+// Median of chi-square with 8 degrees of freedom, and its 0.9999 quantile.
+constexpr double kMedianChi2Of8 = 7.344, kInlierChi2Of8 = 31.83;
+// 0.99 quantile with 2 degrees of freedom.
+constexpr double kInlierChi2Of2 = 9.21;
+
+double Median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+// Squared norm of a factor without its robust weight.
+double SquaredNorm(const LinearFactor& linear) {
+  return linear.residual.squaredNorm() / linear.weight;
+}
+
+bool InRange(const Factor& factor, const StateRange& range) {
+  const int state = factor.blocks.front().index;
+  return state >= range.first && state < range.last;
+}
+
+// Scale of the tags' chi-square that most of them show, robust: 1 where the noise model is right.
+double TypicalTagScale(const Graph& graph) {
+  std::vector<double> norms;
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
+    norms.push_back(SquaredNorm(linear));
+  }
+  return norms.empty() ? 1.0 : Median(&norms) / kMedianChi2Of8;
+}
+
+// tr(J P J') of rows [first_row, first_row + 6) of a motion factor between states k and k + 1.
+double MotionLeverage(const LinearFactor& linear, const BlockBandedMatrix& p, int k,
+                      int first_row) {
+  Eigen::Matrix<double, 24, 24> joint;
+  joint << p.At(k, k), p.At(k + 1, k).transpose(), p.At(k + 1, k), p.At(k + 1, k + 1);
+  const auto j = linear.jacobian.middleRows<6>(first_row);
+  return (j * joint * j.transpose()).trace();
+}
+
+void AddMotion(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
+               const NoiseModel& noise, NoiseStatistics* out) {
+  out->angular_accel += {linear.residual.head<6>().squaredNorm() * noise.angular_accel_psd,
+                         6 - MotionLeverage(linear, covariance, k, 0)};
+  out->accel += {linear.residual.tail<6>().squaredNorm() * noise.accel_psd,
+                 6 - MotionLeverage(linear, covariance, k, 6)};
+}
+
+void AddTag(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
+            const NoiseModel& noise, double typical_scale, NoiseStatistics* out) {
+  const double s = SquaredNorm(linear);
+  if (s > kInlierChi2Of8 * typical_scale) return;
+  const Eigen::Matrix<double, 6, 6> pose = covariance.At(k, k).topLeftCorner<6, 6>();
+  const double leverage =
+      (linear.jacobian * pose * linear.jacobian.transpose()).trace() / linear.weight;
+  out->corner += {s * noise.corner_sigma_px * noise.corner_sigma_px, std::max(0.0, 8 - leverage)};
+}
+
+double Bounded(double ratio) { return std::clamp(ratio, 0.1, 10.0); }
+
+// New value of a variance.
+double Updated(double variance, const VarianceStatistic& statistic, double low, double high) {
+  if (!(statistic.dof >= 1)) return variance;
+  const double ratio = Bounded(statistic.sum / statistic.dof / variance);
+  return std::clamp(variance * ratio, low, high);
+}
+
+std::string Source(const EstimatorOptions& options, const char* otherwise) {
+  const int given = (options.corner_sigma_px ? 1 : 0) + (options.track_sigma_px ? 1 : 0) +
+                    (options.accel_psd ? 1 : 0) + (options.angular_accel_psd ? 1 : 0);
+  if (given == 4) return "given";
+  return given == 0 ? otherwise : std::string(otherwise) + ", given";
+}
+
+}  // namespace
+
+VarianceStatistic& VarianceStatistic::operator+=(const VarianceStatistic& other) {
+  sum += other.sum;
+  dof += other.dof;
+  return *this;
+}
+
+NoiseStatistics& NoiseStatistics::operator+=(const NoiseStatistics& other) {
+  corner += other.corner;
+  track += other.track;
+  accel += other.accel;
+  angular_accel += other.angular_accel;
+  return *this;
+}
+
+NoiseStatistics NoiseStatistics::operator*(double factor) const {
+  return {corner * factor, track * factor, accel * factor, angular_accel * factor};
+}
+
+NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatrix& covariance,
+                                       const NoiseModel& noise, const StateRange& range) {
+  NoiseStatistics out;
+  const double typical_scale = TypicalTagScale(graph);
+  LinearFactor linear;
+  std::vector<int> views(graph.points.size(), 0);
+  std::vector<double> sums(graph.points.size(), 0);
+  for (const Factor& factor : graph.factors) {
+    if (!InRange(factor, range) || !LinearizeFactor(graph, factor, &linear)) continue;
+    const int k = factor.blocks.front().index;
+    if (factor.kind == FactorKind::kMotion) {
+      AddMotion(linear, covariance, k, noise, &out);
+    } else if (factor.kind == FactorKind::kTag) {
+      AddTag(linear, covariance, k, noise, typical_scale, &out);
+    } else if (factor.kind == FactorKind::kTrack && SquaredNorm(linear) < kInlierChi2Of2) {
+      const auto point = static_cast<size_t>(factor.blocks.back().index);
+      ++views[point];
+      sums[point] += SquaredNorm(linear);
+    }
+  }
+  // The point takes two degrees of freedom; the poses, shared by many points, next to none.
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (views[i] < 2) continue;
+    out.track += {sums[i] * noise.track_sigma_px * noise.track_sigma_px, 2.0 * views[i] - 2.0};
+  }
+  return out;
+}
+
+NoiseModel InitialNoise(const EstimatorOptions& options) {
+  NoiseModel noise;
+  noise.corner_sigma_px = options.corner_sigma_px.value_or(noise.corner_sigma_px);
+  noise.track_sigma_px = options.track_sigma_px.value_or(noise.track_sigma_px);
+  noise.accel_psd = options.accel_psd.value_or(noise.accel_psd);
+  noise.angular_accel_psd = options.angular_accel_psd.value_or(noise.angular_accel_psd);
+  noise.source = Source(options, "default");
+  return noise;
+}
+
+NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistics,
+                       const EstimatorOptions& options) {
+  const auto square = [](double x) { return x * x; };
+  NoiseModel out = noise;
+  if (!options.corner_sigma_px) {
+    out.corner_sigma_px = std::sqrt(
+        Updated(square(noise.corner_sigma_px), statistics.corner, square(1e-4), square(20.0)));
+  }
+  if (!options.track_sigma_px) {
+    out.track_sigma_px = std::sqrt(
+        Updated(square(noise.track_sigma_px), statistics.track, square(0.02), square(20.0)));
+  }
+  if (!options.accel_psd) {
+    out.accel_psd = Updated(noise.accel_psd, statistics.accel, 1e-8, 1e5);
+  }
+  if (!options.angular_accel_psd) {
+    out.angular_accel_psd = Updated(noise.angular_accel_psd, statistics.angular_accel, 1e-8, 1e6);
+  }
+  out.source = Source(options, "learned");
+  return out;
+}
+
+double NoiseChange(const NoiseModel& a, const NoiseModel& b) {
+  return std::max({std::abs(std::log(a.corner_sigma_px / b.corner_sigma_px)),
+                   std::abs(std::log(a.track_sigma_px / b.track_sigma_px)),
+                   0.5 * std::abs(std::log(a.accel_psd / b.accel_psd)),
+                   0.5 * std::abs(std::log(a.angular_accel_psd / b.angular_accel_psd))});
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,50 @@
+#pragma once
+#include <vector>
+
+#include "estimator/block_banded.h"
+#include "estimator/estimate.h"
+#include "estimator/estimator_options.h"
+#include "estimator/graph.h"
+
+namespace tagtwist {
+
+/// Sum of squares of one noise source in its unit (px^2; per unit of density) against the degrees
+/// of freedom that speak of it. MacKay's evidence fixed point: variance = sum / dof, where dof =
+/// number of residuals - tr(J P J'), P the posterior covariance (MacKay, Bayesian Interpolation,
+/// 1992, Eq. 4.9; for process noise the residuals are those of the motion prior).
+struct VarianceStatistic {
+  double sum = 0, dof = 0;
+  VarianceStatistic& operator+=(const VarianceStatistic& other);
+  VarianceStatistic operator*(double factor) const { return {factor * sum, factor * dof}; }
+};
+
+/// Statistics of all four sources.
+struct NoiseStatistics {
+  VarianceStatistic corner, track, accel, angular_accel;
+  NoiseStatistics& operator+=(const NoiseStatistics& other);
+  NoiseStatistics operator*(double factor) const;
+};
+
+/// Which states a statistic is taken over: tags and tracks seen from states in [first, last), and
+/// the motion from each of those to the next.
+struct StateRange {
+  int first = 0, last = 0;
+};
+
+/// Statistics at the solution of a graph that was built with `noise`; `covariance` is the selected
+/// inverse of its normal equations. Tags far off for the spread that most tags show are left out.
+NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatrix& covariance,
+                                       const NoiseModel& noise, const StateRange& range);
+
+/// Noise to begin with: given values, defaults elsewhere; source "default" or "given".
+NoiseModel InitialNoise(const EstimatorOptions& options);
+
+/// Noise from statistics, given values kept; a step changes a parameter at most tenfold. A source
+/// with less than one degree of freedom keeps its value.
+NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistics,
+                       const EstimatorOptions& options);
+
+/// Largest change of a parameter between two models, as |log ratio| of standard deviations.
+double NoiseChange(const NoiseModel& a, const NoiseModel& b);
+
+}  // namespace tagtwist

@@ -1,0 +1,128 @@
+#include "estimator/sliding_window.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "estimator/marginalisation.h"
+#include "estimator/seeding.h"
+
+namespace tagtwist {
+namespace {
+
+// Weight that a frame's noise statistics keep from one frame to the next: about 300 frames count.
+constexpr double kFade = 1.0 - 1.0 / 300;
+
+double MedianError(const EstimatorSetup& setup, const GraphFrame& frame) {
+  std::vector<double> errors = ReprojectionErrors(setup, frame);
+  if (errors.empty()) return 1e9;
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
+                   errors.end());
+  return errors[errors.size() / 2];
+}
+
+}  // namespace
+
+SlidingWindow::SlidingWindow(EstimatorSetup setup)
+    : setup_(std::move(setup)),
+      noise_(InitialNoise(setup_.options)),
+      segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
+
+std::optional<GraphFrame> SlidingWindow::MakeFrame(const FrameMeasurements& measurement) const {
+  GraphFrame frame;
+  frame.t_ns = measurement.t_ns;
+  const bool first = input_.frames.empty();
+  if (!first) {
+    const GraphFrame& last = input_.frames.back();
+    frame.state = Predict(last.state, ToSeconds(frame.t_ns - last.t_ns));
+  } else if (measurement.closed_form.twist_ransac) {
+    frame.state.twist = *measurement.closed_form.twist_ransac;
+  }
+  const PoseSeed seed = SeedPose(measurement.tags, setup_.map, setup_.camera, setup_.cam_from_body);
+  frame.tags = AgreeingTags(measurement.tags, seed);
+  const auto pose = ChoosePose(seed, first ? nullptr : &frame.state.world_from_body);
+  if (first && !pose) return std::nullopt;
+  if (pose) {
+    // The prediction is the better start while it is near; after a gap the tags are.
+    constexpr double kFarPx = 5.0;
+    if (first || !(MedianError(setup_, frame) < kFarPx)) frame.state.world_from_body = *pose;
+  }
+  return frame;
+}
+
+Result<Solution> SlidingWindow::SolveWindow() {
+  const SolveOptions options{setup_.options.window_iterations, 1e-6};
+  const bool full = static_cast<int>(input_.frames.size()) == setup_.options.window_frames;
+  if (full && !has_learned_) {
+    has_learned_ = true;
+    return SolveAndLearn(setup_, options, &input_, &noise_);
+  }
+  auto solution = SolveAndInvert(setup_, noise_, input_, options);
+  if (solution) TakeStates(solution->graph, &input_.frames);
+  return solution;
+}
+
+FrameEstimate SlidingWindow::EstimateOf(int state) const {
+  const GraphFrame& frame = input_.frames[static_cast<size_t>(state)];
+  const FrameMeasurements& measurement = measurements_[static_cast<size_t>(state)];
+  return ToFrameEstimate(measurement, frame, solution_->covariance.At(state, state));
+}
+
+void SlidingWindow::LearnFromLeavingState() {
+  statistics_ = statistics_ * kFade;
+  statistics_ += ComputeNoiseStatistics(solution_->graph, solution_->covariance, noise_, {0, 1});
+  noise_ = UpdateNoise(noise_, statistics_, setup_.options);
+}
+
+void SlidingWindow::MarginalizeOldest() {
+  input_.prior = MarginalizeFirstState(solution_->graph);
+  input_.frames.erase(input_.frames.begin());
+  measurements_.erase(measurements_.begin());
+  ++input_.first_frame;
+  segmenter_.DropBefore(input_.first_frame);
+}
+
+Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
+  WindowOutput out;
+  segmenter_.Add(measurement.tracks);
+  auto frame = MakeFrame(measurement);
+  if (!frame) {
+    ++input_.first_frame;
+    segmenter_.DropBefore(input_.first_frame);
+    out.current = ToFrameEstimate(measurement, {}, StateCovariance::Zero());
+    out.current.t_ns = measurement.t_ns;
+    out.current.status = FrameStatus::kNoFix;
+    return out;
+  }
+  input_.frames.push_back(std::move(*frame));
+  measurements_.push_back(measurement);
+  input_.segments = segmenter_.segments();
+  auto solution = SolveWindow();
+  if (!solution) return solution.error();
+  solution_ = std::move(*solution);
+
+  const int newest = static_cast<int>(input_.frames.size()) - 1;
+  out.current = EstimateOf(newest);
+  out.reprojection_px = ReprojectionErrors(setup_, input_.frames.back());
+  if (newest + 1 == setup_.options.window_frames) {
+    out.lagged = EstimateOf(0);
+    LearnFromLeavingState();
+    MarginalizeOldest();
+  }
+  return out;
+}
+
+std::vector<FrameEstimate> SlidingWindow::Finish() const {
+  std::vector<FrameEstimate> out;
+  // After a marginalisation the solution still counts the state that left.
+  const int shift = solution_ ? static_cast<int>(solution_->graph.states.size()) -
+                                    static_cast<int>(input_.frames.size())
+                              : 0;
+  for (size_t i = 0; i < input_.frames.size(); ++i) {
+    const int k = static_cast<int>(i) + shift;
+    out.push_back(
+        ToFrameEstimate(measurements_[i], input_.frames[i], solution_->covariance.At(k, k)));
+  }
+  return out;
+}
+
+}  // namespace tagtwist

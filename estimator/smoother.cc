@@ -1,0 +1,86 @@
+#include "estimator/smoother.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "estimator/linear_system.h"
+
+namespace tagtwist {
+
+Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& noise,
+                                const GraphInput& input, const SolveOptions& options) {
+  Solution out;
+  out.graph = BuildGraph(setup, noise, input);
+  const SolveSummary summary = Solve(options, &out.graph);
+  if (!summary.usable) return Error{"the solver found no solution: " + summary.message};
+  const BlockBandedCholesky cholesky(Linearize(out.graph).hessian);
+  if (!cholesky.ok()) return Error{"the normal equations are not positive definite"};
+  out.covariance = cholesky.SelectedInverse();
+  return out;
+}
+
+Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
+                               GraphInput* input, NoiseModel* noise) {
+  constexpr int kMaxRounds = 20;
+  constexpr double kSettled = 0.01;  // relative change of a standard deviation
+  for (int round = 0;; ++round) {
+    auto solution = SolveAndInvert(setup, *noise, *input, options);
+    if (!solution) return solution;
+    TakeStates(solution->graph, &input->frames);
+    if (round == kMaxRounds) return solution;
+    const StateRange all{0, static_cast<int>(input->frames.size())};
+    const NoiseModel updated = UpdateNoise(
+        *noise, ComputeNoiseStatistics(solution->graph, solution->covariance, *noise, all),
+        setup.options);
+    const double change = NoiseChange(updated, *noise);
+    *noise = updated;
+    if (change < kSettled) return solution;
+  }
+}
+
+int DropContradictedTags(const Graph& graph, std::vector<GraphFrame>* frames) {
+  constexpr double kLeastWeight = 0.5;
+  std::vector<std::pair<int, int>> dropped;  // state, tag of its frame
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
+    if (linear.weight < kLeastWeight) {
+      dropped.emplace_back(factor.blocks.front().index, factor.source);
+    }
+  }
+  std::sort(dropped.rbegin(), dropped.rend());  // from the back, so that indices stay true
+  for (const auto& [state, tag] : dropped) {
+    auto& tags = (*frames)[static_cast<size_t>(state)].tags;
+    tags.erase(tags.begin() + tag);
+  }
+  return static_cast<int>(dropped.size());
+}
+
+FrameEstimate ToFrameEstimate(const FrameMeasurements& measurement, const GraphFrame& frame,
+                              const StateCovariance& covariance) {
+  FrameEstimate out;
+  out.t_ns = frame.t_ns;
+  out.status = frame.tags.empty() ? FrameStatus::kPredicted : FrameStatus::kOk;
+  out.state = frame.state;
+  out.covariance = covariance;
+  out.closed_form = measurement.closed_form;
+  out.n_tags = static_cast<int>(frame.tags.size());
+  out.n_tracks = static_cast<int>(measurement.tracks.size());
+  return out;
+}
+
+std::vector<double> ReprojectionErrors(const EstimatorSetup& setup, const GraphFrame& frame) {
+  std::vector<double> errors;
+  const Pose cam_from_world = setup.cam_from_body * Inverse(frame.state.world_from_body);
+  for (const TagDetection& tag : frame.tags) {
+    const auto& corners = setup.map.CornersInWorld(tag.id);
+    for (size_t c = 0; c < 4; ++c) {
+      Eigen::Vector2d pixel;
+      if (!setup.camera.Project(cam_from_world * corners[c], &pixel)) continue;
+      errors.push_back((pixel - tag.corners[c]).norm());
+    }
+  }
+  return errors;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,39 @@
+#pragma once
+#include <vector>
+
+#include "estimator/block_banded.h"
+#include "estimator/graph_builder.h"
+#include "estimator/noise_learning.h"
+#include "estimator/solver.h"
+#include "frontend/types/result.h"
+
+namespace tagtwist {
+
+/// A graph solved, with the covariance of its states within the band.
+struct Solution {
+  Graph graph;
+  BlockBandedMatrix covariance{0, 0};
+};
+
+/// Builds the graph of the input, solves it, and inverts its normal equations. What batch and
+/// window do at every step.
+Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& noise,
+                                const GraphInput& input, const SolveOptions& options);
+
+/// SolveAndInvert again and again, the noise updated in between until it settles; starts from
+/// input's states and `noise`, leaves the last states and noise there.
+Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
+                               GraphInput* input, NoiseModel* noise);
+
+/// Takes out of the frames the tags that the solution contradicts (their Huber weight is below a
+/// half), and returns how many.
+int DropContradictedTags(const Graph& graph, std::vector<GraphFrame>* frames);
+
+/// A frame of the result.
+FrameEstimate ToFrameEstimate(const FrameMeasurements& measurement, const GraphFrame& frame,
+                              const StateCovariance& covariance);
+
+/// Distance of every accepted corner from its prediction [px], frame by frame.
+std::vector<double> ReprojectionErrors(const EstimatorSetup& setup, const GraphFrame& frame);
+
+}  // namespace tagtwist

@@ -1,0 +1,68 @@
+#include "estimator/track_segments.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tagtwist {
+namespace {
+
+// A scattered order of ids: neighbours in the image, born together, do not stay together.
+uint64_t Scatter(int64_t id) { return static_cast<uint64_t>(id) * 0x9E3779B97F4A7C15ULL; }
+
+// Frames after which a segment is cut: the first of a track is shorter, by its id.
+int SegmentLimit(const TrackSegment& segment, int segment_frames) {
+  const int stagger = static_cast<int>(Scatter(segment.track_id) >> 32) & 0x7FFFFFFF;
+  const int phase = (segment.first_frame + stagger) % segment_frames;
+  return std::max(2, segment_frames - phase);
+}
+
+}  // namespace
+
+void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks) {
+  const int frame = next_frame_++;
+  std::map<int64_t, size_t> still_open;
+  std::vector<const TrackObservation*> fresh;
+  int n_used = 0;
+  for (const TrackObservation& track : tracks) {
+    if (track.on_tag) continue;
+    const auto it = open_.find(track.track_id);
+    if (it == open_.end()) {
+      fresh.push_back(&track);
+      continue;
+    }
+    TrackSegment& segment = segments_[it->second];
+    segment.pixels.push_back(track.pixel);
+    ++n_used;
+    // A full one ends here; its track may begin another in the next frame.
+    if (static_cast<int>(segment.pixels.size()) < SegmentLimit(segment, options_.segment_frames)) {
+      still_open.insert(*it);
+    }
+  }
+  std::sort(fresh.begin(), fresh.end(), [](const auto* a, const auto* b) {
+    return Scatter(a->track_id) < Scatter(b->track_id);
+  });
+  for (const TrackObservation* track : fresh) {
+    if (n_used >= options_.max_tracks_per_frame) break;
+    still_open.emplace(track->track_id, segments_.size());
+    segments_.push_back({track->track_id, frame, {track->pixel}});
+    ++n_used;
+  }
+  open_ = std::move(still_open);
+}
+
+void TrackSegmenter::DropBefore(int first_frame) {
+  const auto kept = std::find_if(segments_.begin(), segments_.end(), [&](const TrackSegment& s) {
+    return s.first_frame >= first_frame;  // in order of their beginning
+  });
+  const auto dropped = static_cast<size_t>(kept - segments_.begin());
+  segments_.erase(segments_.begin(), kept);
+  for (auto it = open_.begin(); it != open_.end();) {
+    if (it->second < dropped) {
+      it = open_.erase(it);
+    } else {
+      (it++)->second -= dropped;
+    }
+  }
+}
+
+}  // namespace tagtwist

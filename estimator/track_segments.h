@@ -1,0 +1,48 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "frontend/types/measurements.h"
+
+namespace tagtwist {
+
+/// A piece of a KLT track: one point of the plane seen in consecutive frames.
+struct TrackSegment {
+  int64_t track_id = -1;
+  int first_frame = 0;                  // counted from the recording's first frame
+  std::vector<Eigen::Vector2d> pixels;  // in first_frame, first_frame + 1, ...
+  int last_frame() const { return first_frame + static_cast<int>(pixels.size()) - 1; }
+};
+
+struct TrackSegmentOptions {
+  int max_tracks_per_frame = 40;
+  int segment_frames = 6;  // >= 2
+};
+
+/// Chooses the tracks that enter the graph and cuts them into short pieces, each with a point of
+/// its own. A drifting track is not one point for ever, and short pieces keep the normal equations
+/// banded. Every view belongs to one piece, so nothing is counted twice. Lengths are staggered by
+/// track, so that some pieces span every boundary.
+class TrackSegmenter {
+ public:
+  explicit TrackSegmenter(const TrackSegmentOptions& options) : options_(options) {}
+
+  /// Takes the next frame's tracks (those off the tags count), sorted by id. Views of one frame are
+  /// added to open segments or begin new ones.
+  void Add(const std::vector<TrackObservation>& tracks);
+
+  /// All segments that end at or after `first_frame`, in order of their beginning.
+  const std::vector<TrackSegment>& segments() const { return segments_; }
+  /// Forgets the segments that begin before `first_frame`.
+  void DropBefore(int first_frame);
+
+ private:
+  TrackSegmentOptions options_;
+  int next_frame_ = 0;
+  std::vector<TrackSegment> segments_;
+  std::map<int64_t, size_t> open_;  // track -> its growing segment
+};
+
+}  // namespace tagtwist
