@@ -22,9 +22,9 @@ BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::mov
       return;
     }
     l_.At(j, j) = llt.matrixL();
-    const auto diagonal = l_.At(j, j).triangularView<Eigen::Lower>();
+    const Block upper = l_.At(j, j).transpose();
     for (int i = j + 1; i <= LastRow(l_, j); ++i) {
-      diagonal.transpose().solveInPlace<Eigen::OnTheRight>(l_.At(i, j));
+      upper.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(l_.At(i, j));
     }
     for (int k = j + 1; k <= LastRow(l_, j); ++k) {
       for (int i = k; i <= LastRow(l_, j); ++i) {
@@ -48,7 +48,7 @@ Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
     for (int i = j + 1; i <= LastRow(l_, j); ++i) {
       x_j.noalias() -= l_.At(i, j).transpose() * x.segment<12>(12 * i);
     }
-    l_.At(j, j).triangularView<Eigen::Lower>().transpose().solveInPlace(x_j);
+    l_.At(j, j).transpose().triangularView<Eigen::Upper>().solveInPlace(x_j);
   }
   return x;
 }

@@ -15,8 +15,8 @@ namespace tagtwist {
 namespace {
 
 // What a body may be expected to do before anything is known of its motion.
-constexpr double kFirstVelocitySigmaMps = 10.0;
-constexpr double kFirstRateSigmaRadps = 20.0;
+constexpr double kFirstVelocitySigmaMps = 100.0;
+constexpr double kFirstRateSigmaRadps = 200.0;
 
 BlockRef PoseOf(int state) { return {BlockRef::Kind::kPose, state}; }
 BlockRef TwistOf(int state) { return {BlockRef::Kind::kTwist, state}; }

@@ -111,16 +111,17 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
   return out;
 }
 
-std::vector<FrameEstimate> SlidingWindow::Finish() const {
+std::vector<FrameEstimate> SlidingWindow::Finish() {
   std::vector<FrameEstimate> out;
-  // After a marginalisation the solution still counts the state that left.
-  const int shift = solution_ ? static_cast<int>(solution_->graph.states.size()) -
-                                    static_cast<int>(input_.frames.size())
-                              : 0;
+  if (input_.frames.empty()) return out;
+  // The last step stopped where it was good enough for a new frame; this one may take its time.
+  auto solution =
+      SolveAndInvert(setup_, noise_, input_, SolveOptions{setup_.options.max_iterations});
+  if (!solution) return out;
+  TakeStates(solution->graph, &input_.frames);
+  solution_ = std::move(*solution);
   for (size_t i = 0; i < input_.frames.size(); ++i) {
-    const int k = static_cast<int>(i) + shift;
-    out.push_back(
-        ToFrameEstimate(measurements_[i], input_.frames[i], solution_->covariance.At(k, k)));
+    out.push_back(EstimateOf(static_cast<int>(i)));
   }
   return out;
 }

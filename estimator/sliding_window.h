@@ -29,7 +29,7 @@ class SlidingWindow {
   /// Stamps must grow. An error when the problem cannot be solved; the window is then as it was.
   Result<WindowOutput> Add(const FrameMeasurements& measurement);
   /// The frames still in the window, smoothed; call at the end.
-  std::vector<FrameEstimate> Finish() const;
+  std::vector<FrameEstimate> Finish();
   const NoiseModel& noise() const { return noise_; }
 
  private:

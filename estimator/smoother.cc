@@ -23,19 +23,23 @@ Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& 
                                GraphInput* input, NoiseModel* noise) {
   constexpr int kMaxRounds = 20;
   constexpr double kSettled = 0.01;  // relative change of a standard deviation
-  for (int round = 0;; ++round) {
-    auto solution = SolveAndInvert(setup, *noise, *input, options);
+  SolveOptions coarse = options;
+  coarse.function_tolerance = std::max(options.function_tolerance, 1e-6);
+  const StateRange all{0, static_cast<int>(input->frames.size())};
+  double change = 1;
+  for (int round = 0; round < kMaxRounds && change >= kSettled; ++round) {
+    const auto solution = SolveAndInvert(setup, *noise, *input, coarse);
     if (!solution) return solution;
     TakeStates(solution->graph, &input->frames);
-    if (round == kMaxRounds) return solution;
-    const StateRange all{0, static_cast<int>(input->frames.size())};
     const NoiseModel updated = UpdateNoise(
         *noise, ComputeNoiseStatistics(solution->graph, solution->covariance, *noise, all),
         setup.options);
-    const double change = NoiseChange(updated, *noise);
+    change = NoiseChange(updated, *noise);
     *noise = updated;
-    if (change < kSettled) return solution;
   }
+  auto solution = SolveAndInvert(setup, *noise, *input, options);
+  if (solution) TakeStates(solution->graph, &input->frames);
+  return solution;
 }
 
 int DropContradictedTags(const Graph& graph, std::vector<GraphFrame>* frames) {

@@ -7,7 +7,7 @@ namespace tagtwist {
 
 struct SolveOptions {
   int max_iterations = 30;
-  double function_tolerance = 1e-9;  // relative change of the cost that ends the solve
+  double function_tolerance = 1e-13;  // relative change of the cost that ends the solve
 };
 
 /// How a solve ended; the caller must look at `usable`.
