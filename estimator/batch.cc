@@ -5,7 +5,6 @@
 
 #include "estimator/seeding.h"
 #include "estimator/smoother.h"
-#include "estimator/track_segments.h"
 
 namespace tagtwist {
 namespace {
@@ -27,36 +26,50 @@ Trajectory MakeTrajectory(const std::vector<GraphFrame>& frames,
 
 }  // namespace
 
-Result<BatchResult> RunBatch(const EstimatorSetup& setup,
-                             const std::vector<FrameMeasurements>& measurements) {
-  auto seeds = SeedFrames(setup, measurements);
-  if (!seeds) return seeds.error();
-  TrackSegmenter segmenter(
-      {setup.options.max_tracks_per_frame, setup.options.track_segment_frames});
-  for (const FrameMeasurements& m : measurements) segmenter.Add(m.tracks);
+BatchEstimator::BatchEstimator(EstimatorSetup setup)
+    : setup_(std::move(setup)),
+      segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
 
+void BatchEstimator::Add(FrameMeasurements measurement) {
+  segmenter_.Add(measurement.tracks);
+  n_tracks_.push_back(static_cast<int>(measurement.tracks.size()));
+  measurement.tracks = {};
+  measurements_.push_back(std::move(measurement));
+}
+
+Result<BatchResult> BatchEstimator::Solve() const {
+  auto seeds = SeedFrames(setup_, measurements_);
+  if (!seeds) return seeds.error();
   GraphInput input;
   input.frames = std::move(*seeds);
-  input.segments = segmenter.segments();
+  input.segments = segmenter_.segments();
+
   BatchResult out;
-  out.noise = InitialNoise(setup.options);
-  const SolveOptions options{setup.options.max_iterations};
-  auto solution = SolveAndLearn(setup, options, &input, &out.noise);
+  out.noise = InitialNoise(setup_.options);
+  const SolveOptions options{setup_.options.max_iterations};
+  auto solution = SolveAndLearn(setup_, options, &input, &out.noise);
   if (!solution) return solution.error();
   if (const int dropped = DropContradictedTags(solution->graph, &input.frames); dropped > 0) {
     out.warnings.push_back(std::to_string(dropped) + " tag observations contradict the others");
-    solution = SolveAndLearn(setup, options, &input, &out.noise);
+    solution = SolveAndLearn(setup_, options, &input, &out.noise);
     if (!solution) return solution.error();
   }
   for (size_t i = 0; i < input.frames.size(); ++i) {
     const int k = static_cast<int>(i);
-    out.frames.push_back(
-        ToFrameEstimate(measurements[i], input.frames[i], solution->covariance.At(k, k)));
-    const std::vector<double> errors = ReprojectionErrors(setup, input.frames[i]);
+    out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i],
+                                         input.frames[i], solution->covariance.At(k, k)));
+    const std::vector<double> errors = ReprojectionErrors(setup_, input.frames[i]);
     out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
   }
   out.trajectory = MakeTrajectory(input.frames, solution->covariance, out.noise);
   return out;
+}
+
+Result<BatchResult> RunBatch(const EstimatorSetup& setup,
+                             const std::vector<FrameMeasurements>& measurements) {
+  BatchEstimator batch(setup);
+  for (const FrameMeasurements& m : measurements) batch.Add(m);
+  return batch.Solve();
 }
 
 }  // namespace tagtwist

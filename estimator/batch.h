@@ -3,6 +3,7 @@
 
 #include "estimator/estimate.h"
 #include "estimator/graph_builder.h"
+#include "estimator/track_segments.h"
 #include "estimator/trajectory.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/result.h"
@@ -19,7 +20,24 @@ struct BatchResult {
 };
 
 /// Refines a whole recording in one sparse problem; noise that is not given is learned from it.
-/// An error when no frame has a usable tag, or the problem cannot be solved.
+/// Takes the frames one by one and keeps of each only what the problem needs.
+class BatchEstimator {
+ public:
+  explicit BatchEstimator(EstimatorSetup setup);
+
+  /// Stamps must grow.
+  void Add(FrameMeasurements measurement);
+  /// Solves for all frames. An error when no frame has a usable tag, or there is no solution.
+  Result<BatchResult> Solve() const;
+
+ private:
+  EstimatorSetup setup_;
+  TrackSegmenter segmenter_;
+  std::vector<FrameMeasurements> measurements_;  // without their tracks
+  std::vector<int> n_tracks_;
+};
+
+/// BatchEstimator over measurements at hand.
 Result<BatchResult> RunBatch(const EstimatorSetup& setup,
                              const std::vector<FrameMeasurements>& measurements);
 

@@ -63,8 +63,9 @@ Result<Solution> SlidingWindow::SolveWindow() {
 
 FrameEstimate SlidingWindow::EstimateOf(int state) const {
   const GraphFrame& frame = input_.frames[static_cast<size_t>(state)];
-  const FrameMeasurements& measurement = measurements_[static_cast<size_t>(state)];
-  return ToFrameEstimate(measurement, frame, solution_->covariance.At(state, state));
+  return ToFrameEstimate(closed_forms_[static_cast<size_t>(state)],
+                         n_tracks_[static_cast<size_t>(state)], frame,
+                         solution_->covariance.At(state, state));
 }
 
 void SlidingWindow::LearnFromLeavingState() {
@@ -76,7 +77,8 @@ void SlidingWindow::LearnFromLeavingState() {
 void SlidingWindow::MarginalizeOldest() {
   input_.prior = MarginalizeFirstState(solution_->graph);
   input_.frames.erase(input_.frames.begin());
-  measurements_.erase(measurements_.begin());
+  closed_forms_.erase(closed_forms_.begin());
+  n_tracks_.erase(n_tracks_.begin());
   ++input_.first_frame;
   segmenter_.DropBefore(input_.first_frame);
 }
@@ -84,17 +86,19 @@ void SlidingWindow::MarginalizeOldest() {
 Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
   WindowOutput out;
   segmenter_.Add(measurement.tracks);
+  const int n_tracks = static_cast<int>(measurement.tracks.size());
   auto frame = MakeFrame(measurement);
   if (!frame) {
     ++input_.first_frame;
     segmenter_.DropBefore(input_.first_frame);
-    out.current = ToFrameEstimate(measurement, {}, StateCovariance::Zero());
+    out.current = ToFrameEstimate(measurement.closed_form, n_tracks, {}, StateCovariance::Zero());
     out.current.t_ns = measurement.t_ns;
     out.current.status = FrameStatus::kNoFix;
     return out;
   }
   input_.frames.push_back(std::move(*frame));
-  measurements_.push_back(measurement);
+  closed_forms_.push_back(measurement.closed_form);
+  n_tracks_.push_back(n_tracks);
   input_.segments = segmenter_.segments();
   auto solution = SolveWindow();
   if (!solution) return solution.error();

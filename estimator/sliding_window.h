@@ -42,10 +42,11 @@ class SlidingWindow {
   EstimatorSetup setup_;
   NoiseModel noise_;
   TrackSegmenter segmenter_;
-  GraphInput input_;                             // frames in the window, their prior
-  std::vector<FrameMeasurements> measurements_;  // of those frames: closed form and counts
-  std::optional<Solution> solution_;             // of the last Add
-  NoiseStatistics statistics_;                   // of the frames that left, fading
+  GraphInput input_;                      // frames in the window, their prior
+  std::vector<ClosedForm> closed_forms_;  // of those frames
+  std::vector<int> n_tracks_;             // of those frames
+  std::optional<Solution> solution_;      // of the last Add
+  NoiseStatistics statistics_;            // of the frames that left, fading
   bool has_learned_ = false;
 };
 

@@ -60,16 +60,16 @@ int DropContradictedTags(const Graph& graph, std::vector<GraphFrame>* frames) {
   return static_cast<int>(dropped.size());
 }
 
-FrameEstimate ToFrameEstimate(const FrameMeasurements& measurement, const GraphFrame& frame,
+FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,
                               const StateCovariance& covariance) {
   FrameEstimate out;
   out.t_ns = frame.t_ns;
   out.status = frame.tags.empty() ? FrameStatus::kPredicted : FrameStatus::kOk;
   out.state = frame.state;
   out.covariance = covariance;
-  out.closed_form = measurement.closed_form;
+  out.closed_form = closed_form;
   out.n_tags = static_cast<int>(frame.tags.size());
-  out.n_tracks = static_cast<int>(measurement.tracks.size());
+  out.n_tracks = n_tracks;
   return out;
 }
 

@@ -30,7 +30,7 @@ Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& 
 int DropContradictedTags(const Graph& graph, std::vector<GraphFrame>* frames);
 
 /// A frame of the result.
-FrameEstimate ToFrameEstimate(const FrameMeasurements& measurement, const GraphFrame& frame,
+FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,
                               const StateCovariance& covariance);
 
 /// Distance of every accepted corner from its prediction [px], frame by frame.
