@@ -1,5 +1,6 @@
 #include "frontend/tag_family.h"
 
+#include <algorithm>
 #include <array>
 extern "C" {
 #include <apriltag/apriltag.h>
@@ -35,21 +36,27 @@ constexpr std::array<FamilyMaker, 9> kFamilies = {{
     {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
 }};
 
-// libapriltag's own drawing has a white rim where the square is black; the families with a
-// reversed border have data out to the edge instead, and get the rim here.
-TagPattern DrawPattern(apriltag_family_t* family, int id) {
-  const std::unique_ptr<image_u8_t, void (*)(image_u8_t*)> image(apriltag_to_image(family, id),
-                                                                 image_u8_destroy);
-  const int rim = family->reversed_border ? 1 : 0;
+// The grid of cells libapriltag means: black but for a white ring (the square's outer ring of cells
+// where the family's border is reversed, the ring around the square elsewhere) and the white bits,
+// the code's first bit being its highest. Families with a reversed border have data out to the
+// edge; they get a rim of paper.
+TagPattern DrawPattern(const apriltag_family_t& family, int id) {
   TagPattern out;
-  out.square_cells = family->width_at_border;
-  out.cells = image->width + 2 * rim;
+  out.square_cells = family.width_at_border;
+  out.cells = family.total_width + (family.reversed_border ? 2 : 0);
   out.outer_cells = (out.cells - out.square_cells) / 2;
-  for (int row = -rim; row < image->height + rim; ++row) {
-    for (int column = -rim; column < image->width + rim; ++column) {
-      const bool inside = row >= 0 && column >= 0 && row < image->height && column < image->width;
-      out.white.push_back(!inside || image->buf[row * image->stride + column] > 127);
+  const int ring = family.reversed_border ? out.outer_cells : out.outer_cells - 1;
+  for (int row = 0; row < out.cells; ++row) {
+    for (int column = 0; column < out.cells; ++column) {
+      const int edge = std::min({row, column, out.cells - 1 - row, out.cells - 1 - column});
+      out.white.push_back(edge == ring || (family.reversed_border && edge == 0));
     }
+  }
+  for (uint32_t bit = 0; bit < family.nbits; ++bit) {
+    if ((family.codes[id] >> (family.nbits - bit - 1) & 1U) == 0) continue;
+    const int column = static_cast<int>(family.bit_x[bit]) + out.outer_cells;
+    const int row = static_cast<int>(family.bit_y[bit]) + out.outer_cells;
+    out.white[static_cast<size_t>(row * out.cells + column)] = true;
   }
   return out;
 }
@@ -87,7 +94,7 @@ Result<std::vector<TagPattern>> MakeTagPatterns(const std::string& family_name,
       return Error{"tag " + std::to_string(id) + ": " + family_name + " has ids 0.." +
                    std::to_string((*family)->ncodes - 1)};
     }
-    out.push_back(DrawPattern(family->get(), id));
+    out.push_back(DrawPattern(**family, id));
   }
   return out;
 }

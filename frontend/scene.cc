@@ -1,0 +1,128 @@
+#include "frontend/scene.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "frontend/option_check.h"
+#include "frontend/random_stream.h"
+#include "frontend/scribble.h"
+
+namespace tagtwist {
+namespace {
+
+constexpr uint64_t kOccluderPurpose = 2;  // of the random stream
+constexpr double kScribbleMarginM = 1.0;  // floor around the map that carries scribble
+constexpr double kMostScribbles = 1e6;
+constexpr double kPi = 3.14159265358979323846;
+
+Patch MakeTagPatch(const Tag& tag, const TagPattern& pattern) {
+  const double half = 0.5 * tag.size_m * pattern.cells / pattern.square_cells;
+  Patch out;
+  out.centre = tag.world_from_tag.translation();
+  out.half_u = tag.world_from_tag.rotation() * Eigen::Vector3d(half, 0, 0);
+  out.half_v = tag.world_from_tag.rotation() * Eigen::Vector3d(0, half, 0);
+  out.pattern = &pattern;
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::string> SceneOptions::Problem() const {
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const auto& problem :
+       {CheckRange("paper_grey", paper_grey, 0, 255), CheckRange("ink_grey", ink_grey, 0, 255),
+        CheckRange("floor_grey", floor_grey, 0, 255),
+        CheckRange("background_grey", background_grey, 0, 255),
+        CheckRange("scribbles_per_m2", scribbles_per_m2, 0, 1e4),
+        CheckRange("occluders", occluders, 0, 1000),
+        CheckPositive("occluder_radius_m", occluder_radius_m),
+        CheckRange("occluder_height_m", occluder_height_m, 0, inf),
+        CheckRange("occluder_speed_mps", occluder_speed_mps, 0, inf)}) {
+    if (problem) return problem;
+  }
+  return std::nullopt;
+}
+
+// The point on the ray to `point`, p = camera + s (point - camera), lies on the patch's plane at
+// s = 1 / w with [u v 1]' / s = [half_u half_v centre - camera]^-1 (point - camera) =: [a b w]'.
+bool Hides(const Patch& patch, const Eigen::Vector3d& camera_in_world,
+           const Eigen::Vector3d& point_in_world) {
+  Eigen::Matrix3d axes;
+  axes << patch.half_u, patch.half_v, patch.centre - camera_in_world;
+  if (!(std::abs(axes.determinant()) > 0)) return false;
+  const Eigen::Vector3d abw = axes.inverse() * (point_in_world - camera_in_world);
+  if (!(abw.z() > 1 + 1e-9)) return false;  // behind the point, or its own plane
+  const double u = abw.x() / abw.z(), v = abw.y() / abw.z();
+  if (patch.shape == Patch::Shape::kEllipse) return u * u + v * v <= 1;
+  return std::abs(u) <= 1 && std::abs(v) <= 1;
+}
+
+Result<Scene> Scene::Make(const TagMap& map, const SceneOptions& options) {
+  if (const auto problem = options.Problem()) return Error{*problem};
+  if (const auto problem = map.Problem()) return Error{*problem};
+  std::vector<int> ids;
+  for (const Tag& tag : map.tags()) ids.push_back(tag.id);
+  auto patterns = MakeTagPatterns(map.family(), ids);
+  if (!patterns) return patterns.error();
+
+  Scene out;
+  out.options_ = options;
+  out.patterns_ = std::make_shared<const std::vector<TagPattern>>(std::move(*patterns));
+  out.all_tags_on_floor_ = true;
+  Eigen::AlignedBox3d box;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    out.tags_.push_back(MakeTagPatch(map.tags()[i], (*out.patterns_)[i]));
+    for (const Eigen::Vector3d& corner : map.CornersInWorld(ids[i])) {
+      box.extend(corner);
+      out.all_tags_on_floor_ &= std::abs(corner.z()) < 1e-9;
+    }
+  }
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(kScribbleMarginM);
+  const Eigen::Vector2d low = box.min().head<2>() - margin, high = box.max().head<2>() + margin;
+  if (!((high - low).prod() * options.scribbles_per_m2 < kMostScribbles)) {
+    return Error{"scribbles_per_m2: more than a million scribbles on a map of this size"};
+  }
+  if (options.floor) out.scribbles_ = MakeScribbles(low, high, out.tags_, options);
+  out.AddOccluders(box.min(), box.max());
+  return out;
+}
+
+void Scene::AddOccluders(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  RandomStream random(options_.seed, kOccluderPurpose);
+  for (int i = 0; i < options_.occluders; ++i) {
+    Occluder occluder;
+    const double heading = random.Uniform(0, 2 * kPi), lean = random.Uniform(-0.4, 0.4);
+    const double radius = options_.occluder_radius_m * random.Uniform(0.6, 1.4);
+    const Eigen::Vector3d along(std::cos(heading), std::sin(heading), 0);
+    const Eigen::Vector3d across(-std::sin(heading) * std::cos(lean),
+                                 std::cos(heading) * std::cos(lean), std::sin(lean));
+    Patch& patch = occluder.patch;
+    patch.shape = Patch::Shape::kEllipse;
+    patch.half_u = radius * along;
+    patch.half_v = radius * random.Uniform(0.5, 1) * across;
+    const double lowest_m = std::abs(patch.half_v.z()) + 0.002;  // all of it over the floor
+    patch.centre << random.Uniform(low.x(), high.x()), random.Uniform(low.y(), high.y()),
+        lowest_m + random.Uniform(0, options_.occluder_height_m);
+    patch.grey = random.Uniform() < 0.5 ? 15 : 245;
+    occluder.rate_radps = random.Uniform(0.5, 2);
+    occluder.phase_rad = random.Uniform(0, 2 * kPi);
+    const double way = random.Uniform(0, 2 * kPi);
+    occluder.swing = options_.occluder_speed_mps / occluder.rate_radps *
+                     Eigen::Vector3d(std::cos(way), std::sin(way), 0);
+    occluders_.push_back(occluder);
+  }
+}
+
+std::vector<Patch> Scene::OccludersAt(double t_s) const {
+  std::vector<Patch> out;
+  for (const Occluder& occluder : occluders_) {
+    out.push_back(occluder.patch);
+    out.back().centre += occluder.swing * std::sin(occluder.rate_radps * t_s + occluder.phase_rad);
+  }
+  return out;
+}
+
+}  // namespace tagtwist
