@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <sstream>
 
 #include "frontend/types/so3.h"
@@ -42,7 +43,7 @@ struct FieldLister {
   template <typename T>
   void operator()(const char* name, const T& value) {
     std::ostringstream line;
-    line << name << "=";
+    line << std::setprecision(17) << name << "=";
     if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
       line << value;
     } else {
@@ -65,7 +66,10 @@ FieldLister ListAllFields(const Config& config) {
 void ExpectSameButCamera(const Config& a, const Config& b) {
   ExpectSamePose(a.cam_from_body, b.cam_from_body);
   ExpectSameMap(a.map, b.map);
-  EXPECT_EQ(ListAllFields(a).lines, ListAllFields(b).lines);
+  const std::vector<std::string> fields_a = ListAllFields(a).lines;
+  const std::vector<std::string> fields_b = ListAllFields(b).lines;
+  ASSERT_EQ(fields_a.size(), fields_b.size());
+  for (size_t i = 0; i < fields_a.size(); ++i) EXPECT_EQ(fields_a[i], fields_b[i]);
 }
 
 void ExpectCamera(const Camera& camera, const std::array<double, 11>& numbers) {

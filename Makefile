@@ -1,0 +1,37 @@
+# Thin: each target is what one would type. On a fresh Debian 12 `make demo` and `make test` bring
+# everything they need (root or sudo).
+.PHONY: setup build demo test format lint clean
+JOBS := $(shell nproc)
+
+setup:
+	@scripts/setup
+
+# The programs, in build/release/apps/.
+build: setup
+	@cmake --preset release --log-level=WARNING
+	@cmake --build --preset release --target programs --parallel $(JOBS)
+
+# Renders a flight over the course's mat, estimates it, and names the report to open.
+demo: build
+	@scripts/demo
+
+# Every test, in release and then under the address and undefined-behaviour sanitizers.
+test: setup
+	@cmake --preset release --log-level=WARNING
+	@cmake --build --preset release --parallel $(JOBS)
+	@ctest --preset release --parallel $(JOBS)
+	@cmake --preset debug --log-level=WARNING
+	@cmake --build --preset debug --parallel $(JOBS)
+	@ctest --preset debug --parallel $(JOBS)
+
+format:
+	@scripts/setup lint
+	@scripts/format
+
+lint: build
+	@scripts/setup lint
+	@scripts/format --check
+	@scripts/lint
+
+clean:
+	rm -rf build results
