@@ -1,0 +1,48 @@
+#include "frontend/data_source.h"
+
+#include <filesystem>
+
+#include "frontend/data_source_kinds.h"
+#include "frontend/mat_file.h"
+
+namespace tagtwist {
+namespace {
+
+bool Exists(const std::filesystem::path& path) {
+  std::error_code unknown;
+  return std::filesystem::exists(path, unknown);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
+                                                   const DataSourceOptions& options) {
+  const std::filesystem::path root(path);
+  std::error_code unknown;
+  if (!Exists(root)) return Error{path + ": no such file or folder"};
+  if (!std::filesystem::is_directory(root, unknown)) {
+    if (IsMatFile(path)) return OpenMatSource(path, options);
+    if (std::filesystem::is_regular_file(root, unknown) &&
+        std::filesystem::file_size(root, unknown) == 0) {
+      return Error{path + ": empty file"};
+    }
+    return Error{path + ": expected a course .mat or a folder, got a file that is no MAT file"};
+  }
+  // Where detections are used, tags0 stands for a missing cam0.
+  for (const auto& folder : {root / "mav0", root}) {
+    const bool tags = options.use_detections && Exists(folder / "tags0" / "data.csv");
+    if (tags || Exists(folder / "cam0" / "data.csv")) {
+      return OpenEurocSource(folder.string(), options);
+    }
+  }
+  if (Exists(root / "timestamps.csv")) return OpenFolderSource(path, options);
+  if (Exists(root / "detections.csv")) {
+    if (options.use_detections) return OpenFolderSource(path, options);
+    return Error{path +
+                 ": no timestamps.csv; its detections.csv can stand for it only where "
+                 "detections are used"};
+  }
+  return Error{path + ": expected a data set (timestamps.csv, or mav0/cam0/data.csv), got neither"};
+}
+
+}  // namespace tagtwist

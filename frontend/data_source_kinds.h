@@ -1,0 +1,32 @@
+#pragma once
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frontend/data_source.h"
+
+namespace tagtwist {
+
+/// The kinds behind OpenDataSource.
+Result<std::unique_ptr<DataSource>> OpenFolderSource(const std::string& folder,
+                                                     const DataSourceOptions& options);
+/// `folder` holds cam0.
+Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
+                                                    const DataSourceOptions& options);
+Result<std::unique_ptr<DataSource>> OpenMatSource(const std::string& path,
+                                                  const DataSourceOptions& options);
+
+/// Remembers the first good image's size; all others must have it.
+class ImageSizeGuard {
+ public:
+  /// "images/7.png: expected 376 x 240 px like images/0.png, got 320 x 240".
+  std::optional<Error> Check(const cv::Mat& image, const std::string& name);
+
+ private:
+  cv::Size size_;
+  std::string first_name_;
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,27 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "frontend/stamps.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/result.h"
+
+namespace tagtwist {
+
+/// The rows of one stamp.
+struct StampedDetections {
+  int64_t t_ns = 0;
+  int line = 0;  // of the first row, for messages
+  std::vector<TagDetection> tags;
+};
+
+/// Reads "t,id,u1,v1,...,u4,v4" (or "timestamp" in ns): corners p1..p4 in pixels, pixel centres at
+/// integers. Rows of a stamp stand together and stamps grow; ids may repeat and need not be in any
+/// map.
+Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit);
+
+/// The header line, and the rows of one stamp, numbers in the shortest form that reads back.
+std::string DetectionsCsvHeader(TimeUnit unit);
+std::string FormatDetections(int64_t t_ns, const std::vector<TagDetection>& tags, TimeUnit unit);
+
+}  // namespace tagtwist

@@ -1,0 +1,34 @@
+#include <filesystem>
+
+#include "frontend/ground_truth_io.h"
+#include "frontend/image_list_source.h"
+#include "frontend/imu_csv.h"
+
+namespace tagtwist {
+
+Result<std::unique_ptr<DataSource>> OpenFolderSource(const std::string& folder,
+                                                     const DataSourceOptions& options) {
+  const std::filesystem::path root(folder);
+  ListingFiles files;
+  files.table = (root / "timestamps.csv").string();
+  files.stamp_column = "t";
+  files.file_column = "file";
+  files.image_folder = folder;
+  files.detections = (root / "detections.csv").string();
+  auto list = ReadImageList(files, options);
+  if (!list) return list.error();
+  std::error_code unknown;
+  if (const auto path = root / "ground_truth.csv"; std::filesystem::exists(path, unknown)) {
+    auto truth = ReadGroundTruth(path.string());
+    if (!truth) return truth.error();
+    list->ground_truth = std::move(*truth);
+  }
+  if (const auto path = root / "imu.csv"; std::filesystem::exists(path, unknown)) {
+    auto imu = ReadImuCsv(path.string(), TimeUnit::kSeconds);
+    if (!imu) return imu.error();
+    list->imu = std::move(*imu);
+  }
+  return MakeImageListSource(std::move(*list), options);
+}
+
+}  // namespace tagtwist

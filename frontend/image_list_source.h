@@ -1,0 +1,41 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "frontend/data_source_kinds.h"
+#include "frontend/stamps.h"
+
+namespace tagtwist {
+
+/// A frame of a recording that keeps its images in files.
+struct ListedFrame {
+  std::string name;        // the image's path; else the place of its row
+  std::string image_path;  // empty: no image
+  std::vector<TagDetection> detections;
+};
+
+/// All of a recording but its images.
+struct ImageList {
+  std::vector<int64_t> stamps_ns;
+  std::vector<ListedFrame> frames;
+  std::vector<TruthSample> ground_truth;
+  std::vector<ImuSample> imu;
+};
+
+std::unique_ptr<DataSource> MakeImageListSource(ImageList list, const DataSourceOptions& options);
+
+/// How a recording lists its images and detections.
+struct ListingFiles {
+  std::string table;         // stamps and image files
+  std::string stamp_column;  // "t", "timestamp"
+  std::string file_column;   // "file", "filename"
+  std::string image_folder;  // files are relative to it
+  std::string detections;    // the detections' table
+  TimeUnit unit = TimeUnit::kSeconds;
+};
+
+/// Stamps, image paths and, when the options ask for them, detections. Refuses a listing of which
+/// no image exists, except where detections are used: then there are no images.
+Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptions& options);
+
+}  // namespace tagtwist
