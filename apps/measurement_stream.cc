@@ -1,0 +1,82 @@
+#include "apps/measurement_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "apps/stopwatch.h"
+
+namespace tagtwist {
+
+Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
+                                                    bool use_detections, int threads) {
+  std::vector<TagDetector> detectors;
+  for (int i = 0; i < std::max(1, threads); ++i) {
+    auto detector = TagDetector::Create(config.map.family(), config.front_end.detector);
+    if (!detector) return detector.error();
+    detectors.push_back(std::move(*detector));
+  }
+  return MeasurementStream(source, config, use_detections, std::move(detectors));
+}
+
+MeasurementStream::MeasurementStream(DataSource* source, const Config& config, bool use_detections,
+                                     std::vector<TagDetector> detectors)
+    : source_(source),
+      config_(std::make_unique<const Config>(config)),
+      use_detections_(use_detections),
+      detectors_(std::move(detectors)),
+      front_end_(config.camera, config.cam_from_body, config.map, config.front_end) {}
+
+MeasurementStream::Detected MeasurementStream::Detect(Frame frame, const TagDetector& detector,
+                                                      const Config& config, bool use_detections) {
+  const Stopwatch watch;
+  Detected out;
+  out.tags = FilterTags(use_detections ? frame.detections : detector.Detect(frame.image),
+                        config.map, config.camera, config.front_end.detector.border_px);
+  out.frame = std::move(frame);
+  out.detect_ms = watch.ElapsedMs();
+  return out;
+}
+
+Status MeasurementStream::FillQueue() {
+  // One frame under way a detector; with a single thread each is measured when it is asked for.
+  const auto policy = detectors_.size() > 1 ? std::launch::async : std::launch::deferred;
+  while (!at_end_ && queue_.size() < detectors_.size()) {
+    auto frame = source_->Next();
+    if (!frame) return frame.error();
+    if (!*frame) {
+      at_end_ = true;
+      break;
+    }
+    const TagDetector* const detector = &detectors_[next_detector_];
+    next_detector_ = (next_detector_ + 1) % detectors_.size();
+    queue_.push_back(std::async(policy, [frame = std::move(**frame), detector,
+                                         config = config_.get(), use = use_detections_]() mutable {
+      return Detect(std::move(frame), *detector, *config, use);
+    }));
+  }
+  return Ok();
+}
+
+Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
+  if (const auto filled = FillQueue(); !filled) return filled.error();
+  if (queue_.empty()) return std::optional<MeasuredFrame>();
+  const Detected detected = queue_.front().get();
+  queue_.pop_front();
+
+  MeasuredFrame out;
+  out.detect_ms = detected.detect_ms;
+  const Frame& frame = detected.frame;
+  if (!frame.image_problem.empty()) out.image_problem = frame.name + ": " + frame.image_problem;
+  const Stopwatch track_watch;
+  out.measurements.t_ns = frame.t_ns;
+  out.measurements.tags = detected.tags;
+  out.measurements.tracks = front_end_.Track(detected.tags, frame.image);
+  out.track_ms = track_watch.ElapsedMs();
+  const Stopwatch seed_watch;
+  out.measurements.closed_form =
+      front_end_.Seed(frame.t_ns, detected.tags, out.measurements.tracks);
+  out.seed_ms = seed_watch.ElapsedMs();
+  return std::optional<MeasuredFrame>(std::move(out));
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,56 @@
+#pragma once
+#include <deque>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/config.h"
+#include "frontend/data_source.h"
+#include "frontend/front_end.h"
+
+namespace tagtwist {
+
+/// One frame of a recording, measured, and what it took.
+struct MeasuredFrame {
+  FrameMeasurements measurements;
+  std::string image_problem;  // "path: cannot decode"; empty when the image is fine or not needed
+  double detect_ms = 0, track_ms = 0, seed_ms = 0;
+};
+
+/// Runs the frontend over a recording. With more than one thread the tags of the next frames are
+/// detected ahead while this frame's tracks are followed; results do not depend on it.
+class MeasurementStream {
+ public:
+  static Result<MeasurementStream> Create(DataSource* source, const Config& config,
+                                          bool use_detections, int threads);
+
+  /// The next frame, nullopt at the end.
+  Result<std::optional<MeasuredFrame>> Next();
+
+ private:
+  struct Detected {
+    Frame frame;
+    std::vector<TagDetection> tags;
+    double detect_ms = 0;
+  };
+  using Pending = std::future<Detected>;
+
+  MeasurementStream(DataSource* source, const Config& config, bool use_detections,
+                    std::vector<TagDetector> detectors);
+  Status FillQueue();
+  static Detected Detect(Frame frame, const TagDetector& detector, const Config& config,
+                         bool use_detections);
+
+  DataSource* source_;
+  std::unique_ptr<const Config> config_;  // stays where it is while tasks read it
+  bool use_detections_;
+  std::vector<TagDetector> detectors_;  // one for each frame under way, in turn
+  size_t next_detector_ = 0;
+  bool at_end_ = false;
+  FrontEnd front_end_;
+  std::deque<Pending> queue_;  // last member: tasks end before what they read
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,131 @@
+#include "apps/run_estimate.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/measurement_stream.h"
+#include "apps/progress.h"
+#include "apps/stopwatch.h"
+#include "estimator/batch.h"
+#include "estimator/sliding_window.h"
+
+namespace tagtwist {
+namespace {
+
+// Bad images of a recording, told in one line.
+struct ImageProblems {
+  int count = 0;
+  std::string first;
+
+  void Add(const std::string& problem) {
+    if (problem.empty()) return;
+    if (count++ == 0) first = problem;
+  }
+  std::string Text() const {
+    if (count == 1) return first + "; the frame's state comes from its neighbours";
+    return first + "; so with " + std::to_string(count) + " images: their states come from others";
+  }
+};
+
+// Feeds every frame of the recording to `add`; the stage times and warnings go to `estimate`.
+template <typename AddFrame>
+Status ForEachFrame(const std::string& dataset, DataSource* source, const Config& config,
+                    const RunOptions& options, Estimate* estimate, AddFrame&& add) {
+  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads);
+  if (!stream) return stream.error();
+  Progress progress("estimating", source->stamps_ns().size());
+  ImageProblems problems;
+  size_t n_frames = 0;
+  bool has_tags = false;
+  while (true) {
+    auto next = stream->Next();
+    if (!next) return next.error();
+    if (!*next) break;
+    MeasuredFrame& frame = **next;
+    StageTimes& times = estimate->times;
+    times.detect_ms.push_back(frame.detect_ms);
+    times.track_ms.push_back(frame.track_ms);
+    times.seed_ms.push_back(frame.seed_ms);
+    times.frame_ms.push_back(frame.detect_ms + frame.track_ms + frame.seed_ms);
+    problems.Add(frame.image_problem);
+    has_tags = has_tags || !frame.measurements.tags.empty();
+    if (const auto added = add(std::move(frame.measurements)); !added) {
+      return Error{dataset + ": frame " + std::to_string(n_frames) + ": " + added.error().message};
+    }
+    progress.Update(++n_frames);
+  }
+  if (n_frames == 0) return Error{dataset + ": has no frame"};
+  if (!has_tags) {
+    if (problems.count > 0) return Error{problems.first + ", and no other frame shows a tag"};
+    return Error{dataset + ": no frame shows a tag of the map"};
+  }
+  if (problems.count > 0) estimate->warnings.push_back(problems.Text());
+  return Ok();
+}
+
+Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, const Config& config,
+                            const EstimatorSetup& setup, const RunOptions& options) {
+  Estimate estimate;
+  estimate.mode = "batch";
+  BatchEstimator batch(setup);
+  const auto read = ForEachFrame(dataset, source, config, options, &estimate,
+                                 [&](FrameMeasurements measurements) {
+                                   batch.Add(std::move(measurements));
+                                   return Ok();
+                                 });
+  if (!read) return read.error();
+  const Stopwatch watch;
+  auto result = batch.Solve();
+  if (!result) return Error{dataset + ": " + result.error().message};
+  estimate.times.optimise_ms = {watch.ElapsedMs()};
+  estimate.frames = std::move(result->frames);
+  estimate.noise = result->noise;
+  estimate.reprojection_px = std::move(result->reprojection_px);
+  for (std::string& warning : result->warnings) estimate.warnings.push_back(std::move(warning));
+  return estimate;
+}
+
+Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, const Config& config,
+                             const EstimatorSetup& setup, const RunOptions& options) {
+  Estimate estimate;
+  estimate.mode = "sliding_window";
+  SlidingWindow window(setup);
+  int dropped_tags = 0;
+  const auto add = [&](const FrameMeasurements& measurements) -> Status {
+    const Stopwatch watch;
+    auto output = window.Add(measurements);
+    if (!output) return output.error();
+    estimate.times.optimise_ms.push_back(watch.ElapsedMs());
+    estimate.times.frame_ms.back() += watch.ElapsedMs();
+    // Frames before the first tag have no state, at the window's lag neither.
+    if (output->current.status == FrameStatus::kNoFix) estimate.lagged.push_back(output->current);
+    if (output->lagged) estimate.lagged.push_back(std::move(*output->lagged));
+    estimate.frames.push_back(std::move(output->current));
+    estimate.reprojection_px.insert(estimate.reprojection_px.end(), output->reprojection_px.begin(),
+                                    output->reprojection_px.end());
+    dropped_tags += output->dropped_tags;
+    return Ok();
+  };
+  const auto read = ForEachFrame(dataset, source, config, options, &estimate, add);
+  if (!read) return read.error();
+  for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
+  estimate.noise = window.noise();
+  if (dropped_tags > 0) {
+    estimate.warnings.push_back(std::to_string(dropped_tags) +
+                                " tag observations contradict the others");
+  }
+  return estimate;
+}
+
+}  // namespace
+
+Result<Estimate> RunEstimate(const std::string& dataset, DataSource* source, const Config& config,
+                             const RunOptions& options) {
+  const EstimatorSetup setup =
+      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator);
+  return options.sliding_window ? RunInWindow(dataset, source, config, setup, options)
+                                : RunInBatch(dataset, source, config, setup, options);
+}
+
+}  // namespace tagtwist

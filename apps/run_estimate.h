@@ -1,0 +1,20 @@
+#pragma once
+#include "estimator/config.h"
+#include "estimator/estimate.h"
+#include "frontend/data_source.h"
+#include "frontend/types/result.h"
+
+namespace tagtwist {
+
+struct RunOptions {
+  bool sliding_window = false;
+  bool use_detections = false;
+  int threads = 1;  // >= 1; the result does not depend on it
+};
+
+/// Estimates a whole recording, batch or window, with the time of every stage. A progress bar runs
+/// on a terminal. An error when no frame has a usable tag, naming `dataset`.
+Result<Estimate> RunEstimate(const std::string& dataset, DataSource* source, const Config& config,
+                             const RunOptions& options);
+
+}  // namespace tagtwist
