@@ -8,8 +8,6 @@
 namespace tagtwist {
 namespace {
 
-constexpr int kCellPx = 32;  // of the grid that spreads corners over the image
-
 // Points on a grid of cells as wide as the least distance, so that only neighbours are asked.
 class Spacing {
  public:
@@ -49,9 +47,9 @@ class Spacing {
 };
 
 size_t CellOf(const Eigen::Vector2d& point, const cv::Mat& image) {
-  const int columns = (image.cols - 1) / kCellPx + 1;
-  return static_cast<size_t>(static_cast<int>(point.y()) / kCellPx * columns +
-                             static_cast<int>(point.x()) / kCellPx);
+  const int columns = (image.cols - 1) / kCornerCellPx + 1;
+  return static_cast<size_t>(static_cast<int>(point.y()) / kCornerCellPx * columns +
+                             static_cast<int>(point.x()) / kCornerCellPx);
 }
 
 // Strongest first; the order is total, so that it does not depend on the sort.
@@ -89,7 +87,8 @@ CornerPick PickCorners(const cv::Mat& image, const std::vector<Eigen::Vector2d>&
   CornerPick pick;
   const auto cells = CornersByCell(image, options, &pick);
   Spacing spacing(image.size(), options.min_distance_px);
-  std::vector<size_t> n_in_cell(cells.size(), 0), next(cells.size(), 0);
+  std::vector<int> n_in_cell(cells.size(), 0);
+  std::vector<size_t> next(cells.size(), 0);
   for (const Eigen::Vector2d& point : taken) {
     spacing.Add(point);
     ++n_in_cell[CellOf(point, image)];
@@ -97,7 +96,8 @@ CornerPick PickCorners(const cv::Mat& image, const std::vector<Eigen::Vector2d>&
   // Round n fills every cell up to n points, those taken included.
   const auto n_wanted = static_cast<size_t>(std::max(options.n_wanted, 0));
   bool more = true;
-  for (size_t round = 1; more && pick.corners.size() < n_wanted; ++round) {
+  for (int round = 1; more && round <= options.most_in_cell && pick.corners.size() < n_wanted;
+       ++round) {
     more = false;
     for (size_t cell = 0; cell < cells.size() && pick.corners.size() < n_wanted; ++cell) {
       while (n_in_cell[cell] < round && next[cell] < cells[cell].size()) {

@@ -5,11 +5,14 @@
 
 namespace tagtwist {
 
+constexpr int kCornerCellPx = 32;  // of the grid that spreads corners over the image
+
 struct CornerPickOptions {
   int n_wanted = 0;            // corners at most
   double min_distance_px = 6;  // between corners, and from `taken`
   double border_px = 3;        // of the image, without corners
   int threshold = 20;          // FAST's contrast [gray]
+  int most_in_cell = 1000000;  // of a cell of the grid, those taken included
 };
 
 struct CornerPick {

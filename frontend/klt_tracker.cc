@@ -131,11 +131,17 @@ void KltTracker::Replenish(const cv::Mat& image) {
   pick_options.border_px = options_.border_px;
   std::vector<Eigen::Vector2d> taken;
   for (const TrackObservation& track : tracks_) taken.push_back(track.pixel);
+  // As long as fainter corners may be had, strong ones in one place do not take their part.
+  const int n_cells =
+      std::max(static_cast<int>(image.total()) / (kCornerCellPx * kCornerCellPx), 1);
+  const int twice_the_share = 2 * options_.max_points / n_cells + 1;
   for (;;) {
     pick_options.threshold = fast_threshold_;
+    const bool is_faintest = fast_threshold_ <= options_.min_fast_threshold;
+    pick_options.most_in_cell = is_faintest ? options_.max_points : twice_the_share;
     const CornerPick pick = PickCorners(image, taken, pick_options);
     const bool few = static_cast<int>(pick.corners.size()) < pick_options.n_wanted;
-    if (few && fast_threshold_ > options_.min_fast_threshold) {
+    if (few && !is_faintest) {
       fast_threshold_ = std::max(fast_threshold_ / 2, options_.min_fast_threshold);
       continue;
     }
