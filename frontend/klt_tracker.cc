@@ -100,13 +100,15 @@ void KltTracker::Follow(const std::vector<cv::Mat>& pyramid,
                                   options_.max_iterations, options_.convergence_px);
   std::vector<uchar> ok, back_ok;
   std::vector<float> difference, back_difference;
+  // Where the answer is known to a pixel or two, one level above the full image will do; so it is
+  // on the way back, which starts at the point that it should find.
+  const int near_level = std::min(options_.pyramid_levels, 1);
   cv::calcOpticalFlowPyrLK(pyramid_, pyramid, start, ahead, ok, difference, window,
-                           options_.pyramid_levels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
-  // The way back starts at the answer that it should find, so one level above the image will do.
+                           motion ? near_level : options_.pyramid_levels, criteria,
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
   std::vector<cv::Point2f> back = start;
   cv::calcOpticalFlowPyrLK(pyramid, pyramid_, ahead, back, back_ok, back_difference, window,
-                           std::min(options_.pyramid_levels, 1), criteria,
-                           cv::OPTFLOW_USE_INITIAL_FLOW);
+                           near_level, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
   const double max_x = pyramid[0].cols - 1 - options_.border_px;
   const double max_y = pyramid[0].rows - 1 - options_.border_px;
   std::vector<TrackObservation> followed;

@@ -58,7 +58,7 @@ TEST(TagDetector, CornerOrderTurnsWithTheTag) {
   for (size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2d& corner = upright[0].corners[i];
     const Eigen::Vector2d expected(image.rows - 1 - corner.y(), corner.x());
-    EXPECT_LT((quarter[0].corners[i] - expected).norm(), 0.3) << "corner " << i;
+    EXPECT_LT((quarter[0].corners[i] - expected).norm(), 0.6) << "corner " << i;
   }
 }
 
