@@ -1,0 +1,46 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/ground_truth.h"
+#include "estimator/pose_series.h"
+#include "frontend/types/pose.h"
+#include "frontend/types/result.h"
+
+namespace tagtwist {
+
+enum class AlignmentKind {
+  kNone,
+  kSe3,      // the estimate's world moved rigidly onto the truth's, positions least squares
+  kHandEye,  // the same, and a rigid transform between the estimated body and the truth's marker
+};
+const char* ToString(AlignmentKind kind);  // "none", "se3", "handeye"
+std::optional<AlignmentKind> ParseAlignmentKind(const std::string& name);
+
+/// truth(stamp + time_offset_s) ~ truth_from_world * world_from_body * body_from_marker.
+struct Alignment {
+  Pose truth_from_world;
+  Pose body_from_marker;
+  double time_offset_s = 0;
+};
+
+struct AlignmentOptions {
+  AlignmentKind kind = AlignmentKind::kNone;
+  double time_offset_s = 0;           // where it is not estimated
+  bool estimate_time_offset = false;  // searched in time_offset_s +- max_time_offset_s
+  double max_time_offset_s = 0.5;     // [s], > 0
+  double metres_per_radian = 1;       // hand-eye: 1 rad of misfit weighs as much as this [m], > 0
+  double max_truth_gap_s = 0.1;       // see InterpolateTruth
+};
+
+/// Rigid motion a of least squares |truth - a * estimate| over positions: Umeyama (1991) without
+/// scale. At least one match; where the positions leave the rotation open (all in one point or on
+/// one line) the result is one of the best.
+Pose AlignPositions(const std::vector<TruthMatch>& matches);
+
+/// The alignment that the options ask for. An error when fewer than three poses have truth.
+Result<Alignment> EstimateAlignment(const PoseSeries& series, const std::vector<TruthSample>& truth,
+                                    const AlignmentOptions& options);
+
+}  // namespace tagtwist

@@ -1,0 +1,66 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/alignment.h"
+#include "estimator/ground_truth.h"
+#include "estimator/pose_series.h"
+
+namespace tagtwist {
+
+struct EvaluationOptions {
+  AlignmentOptions alignment;
+  size_t rpe_frames = 1;     // step of the relative error in frames, >= 1
+  double rpe_seconds = 1.0;  // and in time [s], > 0
+};
+
+/// Of one 3-D error over frames; every figure is of its norm.
+struct ErrorStatistics {
+  size_t count = 0;
+  double rmse = 0, mean = 0, median = 0, max = 0;
+};
+ErrorStatistics Summarise(std::vector<double> norms);
+
+/// Error of the motion between two frames: inverse(truth motion) * estimated motion.
+struct RelativeError {
+  ErrorStatistics translation_m, rotation_rad;
+};
+
+/// Normalised estimation error squared, e' P^-1 e, averaged over frames. `band` holds the mean with
+/// probability 0.95 when P is right and the frames' errors are independent; neighbouring frames'
+/// errors are not, so an honest mean may lie a little outside.
+struct Nees {
+  int dof = 0;
+  size_t count = 0;
+  double mean = 0;  // expected: dof
+  double band_low = 0, band_high = 0;
+  double per_dof() const { return mean / dof; }
+};
+
+/// What a trajectory is worth. The entries that the truth, or the trajectory, cannot answer are
+/// absent.
+struct Accuracy {
+  size_t frames = 0;   // of the trajectory
+  size_t matched = 0;  // of them with truth
+  Alignment alignment;
+  ErrorStatistics position_m, rotation_rad;           // ATE
+  std::optional<RelativeError> rpe_frames, rpe_time;  // RPE
+  std::optional<ErrorStatistics> velocity_mps;        // in W
+  std::optional<ErrorStatistics> rate_radps;          // in B
+  std::optional<Nees> nees, nees_pose, nees_twist;    // 12, 6 and 6 degrees of freedom
+};
+
+/// Estimates brought into the truth's frames, each with its truth.
+std::vector<TruthMatch> AlignedMatches(const PoseSeries& series,
+                                       const std::vector<TruthSample>& truth,
+                                       const Alignment& alignment, double max_truth_gap_s);
+
+/// Judges a trajectory. The figures agree with the tool evo: ATE is its APE (translation part,
+/// angle in radians) after its alignment without scale, RPE its RPE over all pairs of frames. An
+/// error when no pose has truth, or too few for the alignment.
+Result<Accuracy> Evaluate(const PoseSeries& series, const std::vector<TruthSample>& truth,
+                          const EvaluationOptions& options);
+
+}  // namespace tagtwist

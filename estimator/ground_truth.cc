@@ -1,0 +1,46 @@
+#include "estimator/ground_truth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tagtwist {
+
+std::optional<TruthSample> InterpolateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
+                                            double max_gap_s) {
+  const auto after =
+      std::lower_bound(truth.begin(), truth.end(), t_ns,
+                       [](const TruthSample& sample, int64_t t) { return sample.t_ns < t; });
+  if (after == truth.end()) return std::nullopt;
+  if (after->t_ns == t_ns) return *after;
+  if (after == truth.begin()) return std::nullopt;
+  const TruthSample &b = *after, &a = *(after - 1);
+  if (!(ToSeconds(b.t_ns - a.t_ns) <= max_gap_s)) return std::nullopt;
+  const double w = static_cast<double>(t_ns - a.t_ns) / static_cast<double>(b.t_ns - a.t_ns);
+  const auto mix = [w](const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
+    return Eigen::Vector3d((1 - w) * x + w * y);
+  };
+  TruthSample out;
+  out.t_ns = t_ns;
+  out.world_from_body =
+      MakePose(a.world_from_body.rotation().slerp(w, b.world_from_body.rotation()),
+               mix(a.world_from_body.translation(), b.world_from_body.translation()));
+  if (a.twist && b.twist) {
+    out.twist = Twist{mix(a.twist->v_world, b.twist->v_world),
+                      mix(a.twist->omega_body, b.twist->omega_body)};
+  }
+  return out;
+}
+
+std::vector<TruthMatch> MatchTruth(const PoseSeries& series, const std::vector<TruthSample>& truth,
+                                   double time_offset_s, double max_gap_s) {
+  const int64_t offset_ns = std::llround(1e9 * time_offset_s);
+  std::vector<TruthMatch> out;
+  for (const PoseSample& sample : series) {
+    if (const auto at = InterpolateTruth(truth, sample.t_ns + offset_ns, max_gap_s)) {
+      out.push_back({sample, *at});
+    }
+  }
+  return out;
+}
+
+}  // namespace tagtwist

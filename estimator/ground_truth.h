@@ -1,0 +1,28 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "estimator/pose_series.h"
+#include "frontend/types/body_state.h"
+
+namespace tagtwist {
+
+/// Truth at a time: a sample of exactly that stamp as it is; otherwise between its two neighbours,
+/// linear in position and twist and slerp in rotation, when they are at most max_gap_s apart.
+/// nullopt outside the truth's span (nothing is extrapolated) and in gaps. `truth` grows strictly
+/// in time.
+std::optional<TruthSample> InterpolateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
+                                            double max_gap_s);
+
+/// An estimate and the truth that belongs to it.
+struct TruthMatch {
+  PoseSample estimate;
+  TruthSample truth;
+};
+
+/// Every sample that has truth at its stamp + time_offset_s, in order of time.
+std::vector<TruthMatch> MatchTruth(const PoseSeries& series, const std::vector<TruthSample>& truth,
+                                   double time_offset_s, double max_gap_s);
+
+}  // namespace tagtwist
