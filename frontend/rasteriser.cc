@@ -112,9 +112,9 @@ struct CellPair {
   float share;
 };
 inline CellPair FindCells(float t, float size, int cells) {
+  const auto floor = [](float value) { return static_cast<int>(value + 4) - 4; };  // value > -4
   const float end = t + 0.5F * size;
-  const auto first = static_cast<int>(std::floor(t - 0.5F * size));
-  const auto second = static_cast<int>(std::floor(end));
+  const int first = floor(t - 0.5F * size), second = floor(end);
   const float share = second > first ? (end - static_cast<float>(second)) / size : 0;
   return {std::clamp(first, 0, cells - 1), std::clamp(second, 0, cells - 1), share};
 }
@@ -124,7 +124,7 @@ inline float WhiteShare(const TagPattern& pattern, float u, float v, float size_
   const float half = 0.5F * static_cast<float>(pattern.cells);
   const CellPair column = FindCells((u + 1) * half, std::min(size_u * half, 1.0F), pattern.cells);
   const CellPair row = FindCells((1 - v) * half, std::min(size_v * half, 1.0F), pattern.cells);
-  const auto at = [&](int c, int r) { return pattern.IsWhite(c, r) ? 1.0F : 0.0F; };
+  const auto at = [&](int c, int r) { return static_cast<float>(pattern.IsWhite(c, r)); };
   const auto along_row = [&](int r) {
     return (1 - column.share) * at(column.first, r) + column.share * at(column.second, r);
   };

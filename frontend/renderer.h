@@ -13,7 +13,7 @@ namespace tagtwist {
 
 struct RendererOptions {
   SceneOptions scene;
-  int supersampling = 3;    // samples along a pixel's side, 1 to 16
+  int supersampling = 4;    // samples along a pixel's side, 1 to 16
   double blur_px = 0.5;     // Gaussian defocus, standard deviation, >= 0
   double vignetting = 0.2;  // share of light lost in the image's corners, 0 to 1
   double gradient = 0.2;    // illumination from one side of the image to the other, 0 to 1

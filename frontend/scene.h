@@ -21,7 +21,7 @@ struct SceneOptions {
   double ink_grey = 25;          // black cells
   double floor_grey = 225;       // the plane z = 0
   double background_grey = 110;  // where there is no floor
-  double scribbles_per_m2 = 60;  // polylines and blobs on the floor, never on a tag's paper
+  double scribbles_per_m2 = 90;  // polylines and blobs on the floor, never on a tag's paper
   int occluders = 0;             // dark or bright ellipses over the map
   double occluder_radius_m = 0.08;
   double occluder_height_m = 0.3;  // they float between the floor and this height

@@ -49,14 +49,15 @@ TagPattern DrawPattern(const apriltag_family_t& family, int id) {
   for (int row = 0; row < out.cells; ++row) {
     for (int column = 0; column < out.cells; ++column) {
       const int edge = std::min({row, column, out.cells - 1 - row, out.cells - 1 - column});
-      out.white.push_back(edge == ring || (family.reversed_border && edge == 0));
+      const bool white = edge == ring || (family.reversed_border && edge == 0);
+      out.white.push_back(white ? 1 : 0);
     }
   }
   for (uint32_t bit = 0; bit < family.nbits; ++bit) {
     if ((family.codes[id] >> (family.nbits - bit - 1) & 1U) == 0) continue;
     const int column = static_cast<int>(family.bit_x[bit]) + out.outer_cells;
     const int row = static_cast<int>(family.bit_y[bit]) + out.outer_cells;
-    out.white[static_cast<size_t>(row * out.cells + column)] = true;
+    out.white[static_cast<size_t>(row * out.cells + column)] = 1;
   }
   return out;
 }

@@ -28,11 +28,11 @@ struct TagPattern {
   int cells = 0;         // side of the grid: the tag with one white cell of paper around it
   int outer_cells = 0;   // paper (and, in some families, data) cells before the square's first cell
   int square_cells = 0;  // cells along the square whose corners are p1..p4 (Tag::size_m)
-  std::vector<bool> white;  // cells x cells, row by row
+  std::vector<uint8_t> white;  // 0 or 1; cells x cells, row by row
 
   bool IsWhite(int column, int row) const {
     return white[static_cast<size_t>(row) * static_cast<size_t>(cells) +
-                 static_cast<size_t>(column)];
+                 static_cast<size_t>(column)] != 0;
   }
 };
 
