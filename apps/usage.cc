@@ -47,6 +47,14 @@ std::string Wrap(const std::string& text, size_t first_column, size_t indent) {
   return out;
 }
 
+// gflags prints 0.2 as 0.20000000000000001.
+std::string DefaultText(const gflags::CommandLineFlagInfo& info) {
+  if (info.type != "double") return info.default_value;
+  std::ostringstream out;
+  out << std::strtod(info.default_value.c_str(), nullptr);
+  return out.str();
+}
+
 std::string DescribeFlag(const gflags::CommandLineFlagInfo& info) {
   constexpr size_t kTextColumn = 26;
   const bool is_bool = info.type == "bool";
@@ -59,7 +67,7 @@ std::string DescribeFlag(const gflags::CommandLineFlagInfo& info) {
   line += line.size() < kTextColumn ? std::string(kTextColumn - line.size(), ' ')
                                     : "\n" + std::string(kTextColumn, ' ');
   std::string text = info.description;
-  if (!is_bool && !info.default_value.empty()) text += " [" + info.default_value + "]";
+  if (!is_bool && !info.default_value.empty()) text += " [" + DefaultText(info) + "]";
   return line + Wrap(text, kTextColumn, kTextColumn) + "\n";
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/option_check.h"
+
 namespace tagtwist {
 namespace {
 
@@ -100,13 +102,8 @@ Pose PoseAt(const Flight& flight, const Area& area, double duration_s, double t)
 }  // namespace
 
 std::optional<std::string> FlightOptions::Problem() const {
-  if (!(duration_s >= 1) || !(duration_s <= 3600)) {
-    return "duration_s: expected 1 to 3600, got " + std::to_string(duration_s);
-  }
-  if (!(height_m > 0) || !std::isfinite(height_m)) {
-    return "height_m: expected > 0, got " + std::to_string(height_m);
-  }
-  return std::nullopt;
+  if (auto problem = CheckRange("duration_s", duration_s, 1, 3600)) return problem;
+  return CheckPositive("height_m", height_m);
 }
 
 std::vector<std::string> FlightNames() {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/option_check.h"
+
 namespace tagtwist {
 namespace {
 
@@ -96,13 +98,8 @@ void AddOuterProduct(const Row& row, Eigen::Index first, double weight,
 }  // namespace
 
 std::optional<std::string> SplineOptions::Problem() const {
-  if (!(knot_spacing_s > 0) || !std::isfinite(knot_spacing_s)) {
-    return "knot_spacing_s: expected > 0, got " + std::to_string(knot_spacing_s);
-  }
-  if (!(regularisation > 0) || !std::isfinite(regularisation)) {
-    return "regularisation: expected > 0, got " + std::to_string(regularisation);
-  }
-  return std::nullopt;
+  if (auto problem = CheckPositive("knot_spacing_s", knot_spacing_s)) return problem;
+  return CheckPositive("regularisation", regularisation);
 }
 
 Result<SplineTrajectory> SplineTrajectory::Fit(const std::vector<TruthSample>& poses,

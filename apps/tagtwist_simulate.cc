@@ -1,0 +1,46 @@
+#include <glog/logging.h>
+
+#include <iostream>
+#include <memory>
+
+#include "apps/simulate_flags.h"
+#include "estimator/config.h"
+
+namespace tagtwist {
+namespace {
+
+Status Simulate(const SimulateJob& job) {
+  const auto config = job.config.empty() ? Result<Config>(DefaultConfig()) : LoadConfig(job.config);
+  if (!config) return config.error();
+  const auto trajectory = PrepareTrajectory(job, config->map);
+  if (!trajectory) return trajectory.error();
+  std::string warning;
+  const auto stamps_ns = PrepareStamps(job, *trajectory, &warning);
+  if (!stamps_ns) return stamps_ns.error();
+  if (!warning.empty()) std::cerr << "tagtwist_simulate: " << warning << "\n";
+  const auto simulator = Simulator::Make(config->camera, config->cam_from_body, config->map,
+                                         *trajectory, job.simulator);
+  if (!simulator) return simulator.error();
+
+  const auto writer = CreateDatasetWriter(job.output, *ParseFormat(job.format));
+  if (!writer) return writer.error();
+  if (auto written = WriteFlight(job, *simulator, *stamps_ns, writer->get()); !written) {
+    return written;
+  }
+  std::cout << job.output << ": " << stamps_ns->size() << " frames, "
+            << ToSeconds(stamps_ns->back() - stamps_ns->front()) << " s\n";
+  return Ok();
+}
+
+}  // namespace
+}  // namespace tagtwist
+
+int main(int argc, char** argv) {
+  google::InitGoogleLogging(argv[0]);
+  const tagtwist::Usage usage = tagtwist::SimulateUsage();
+  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
+  const auto job = tagtwist::SimulateJobFromFlags();
+  if (!job) return tagtwist::Fail(usage, job.error().message, 2);
+  const auto done = tagtwist::Simulate(*job);
+  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+}
