@@ -1,11 +1,9 @@
 #pragma once
-#include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 namespace tagtwist {
@@ -14,13 +12,9 @@ namespace tagtwist {
 class TempFolder {
  public:
   TempFolder() {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string("tagtwist_") + std::to_string(::getpid()) + "_" +
-                       test->test_suite_name() + "_" + test->name();
-    std::replace(name.begin(), name.end(), '/', '_');
-    path_ = std::filesystem::temp_directory_path() / name;
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
+    std::string name = (std::filesystem::temp_directory_path() / "tagtwist_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder: " + name);
+    path_ = name;
   }
   ~TempFolder() {
     std::error_code ignored;
