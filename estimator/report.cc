@@ -1,0 +1,234 @@
+#include "estimator/report.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "estimator/pose_series.h"
+#include "estimator/quantile.h"
+#include "estimator/report_page.h"
+#include "estimator/report_pictures.h"
+#include "estimator/report_plots.h"
+
+namespace tagtwist {
+namespace {
+
+enum Slot : size_t { kTruth, kClosedForm, kOptimised, kLagged, kTags, kTracks, kFirstStage };
+
+template <typename... Args>
+std::string Format(const char* format, Args... args) {
+  std::array<char, 400> text;
+  std::snprintf(text.data(), text.size(), format, args...);
+  return text.data();
+}
+
+const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::string& prefix) {
+  for (const ComparisonRow& row : rows) {
+    if (row.name.rfind(prefix, 0) == 0) return &row;
+  }
+  return nullptr;
+}
+
+std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
+  const auto count = [&](FrameStatus status) {
+    return static_cast<size_t>(
+        std::count_if(e.frames.begin(), e.frames.end(),
+                      [status](const FrameEstimate& f) { return f.status == status; }));
+  };
+  const size_t predicted = count(FrameStatus::kPredicted), none = count(FrameStatus::kNoFix);
+  std::string out = Format("Pose and twist of the body for %zu of %zu frames",
+                           e.frames.size() - none, e.frames.size());
+  if (!e.frames.empty()) {
+    out += Format(", %.2f s", ToSeconds(e.frames.back().t_ns - e.frames.front().t_ns));
+  }
+  out += e.mode == "batch" ? ", estimated from all images together (batch)."
+                           : ", estimated as the images came in (sliding window).";
+  if (predicted > 0) {
+    out += Format(
+        " In %zu frames no tag was usable; their states come from tracks, neighbours and "
+        "the motion prior.",
+        predicted);
+  }
+  if (none > 0) out += Format(" %zu frames before the first tag have no state.", none);
+  out += Format(" The map has %zu tags. It took %.1f s and %.0f MiB.", input.map.tags().size(),
+                input.facts.wall_s, input.facts.peak_rss_mib);
+  return out;
+}
+
+std::string NoiseText(const Estimate& e) {
+  const NoiseModel& n = e.noise;
+  std::string out = Format(
+      "Noise (%s): corners %.3f px, tracks %.3f px, acceleration %.3g (m/s^2)^2/Hz, angular "
+      "acceleration %.3g (rad/s^2)^2/Hz.",
+      n.source.c_str(), n.corner_sigma_px, n.track_sigma_px, n.accel_psd, n.angular_accel_psd);
+  if (!e.reprojection_px.empty()) {
+    out += Format(
+        " Corners lie %.3f px (median; 95 %% below %.3f px) from where the estimate puts "
+        "them.",
+        Quantile(e.reprojection_px, 0.5), Quantile(e.reprojection_px, 0.95));
+  }
+  return out;
+}
+
+std::string AccuracyText(const std::vector<ComparisonRow>& rows) {
+  const ComparisonRow* optimised = FindRow(rows, "optimised");
+  const ComparisonRow* closed = FindRow(rows, "closed form (RANSAC + low-pass)");
+  if (optimised == nullptr || !optimised->accuracy) {
+    return "There is no ground truth to judge by; the table tells how restless the twists are.";
+  }
+  const Accuracy& a = *optimised->accuracy;
+  std::string out = Format("Against ground truth (%zu frames): position %.1f mm RMS (3-D)",
+                           a.matched, 1e3 * a.position_m.rmse);
+  const bool both = closed != nullptr && closed->accuracy;
+  if (both) out += Format(", closed form %.1f mm", 1e3 * closed->accuracy->position_m.rmse);
+  if (a.velocity_mps) {
+    out += Format("; velocity %.4f m/s", a.velocity_mps->rmse);
+    if (both && closed->accuracy->velocity_mps) {
+      out += Format(", closed form %.4f m/s", closed->accuracy->velocity_mps->rmse);
+    }
+  }
+  out += ".";
+  const auto& nees = a.nees ? a.nees : a.nees_pose;
+  if (nees) {
+    out += Format(
+        " NEES is %.2f for %d degrees of freedom (%.2f each; 1 means that the covariance "
+        "is right; below, that it is cautious; above, that it promises too much).",
+        nees->mean, nees->dof, nees->per_dof());
+  }
+  return out;
+}
+
+std::string Words(const Estimate& e, const ReportInput& input) {
+  std::string out = ParagraphHtml(WhatWasDone(e, input)) + ParagraphHtml(NoiseText(e)) +
+                    ParagraphHtml(AccuracyText(input.rows));
+  for (const std::string& warning : e.warnings) out += ParagraphHtml(warning, "warning");
+  if (!input.rows.empty()) out += TableHtml(ComparisonCells(input.rows, 1));
+  out += ParagraphHtml(ComparisonNotes(input.rows), "note");
+  return out + ParagraphHtml(
+                   "Plots: drag to zoom, all of them follow; double-click for everything; "
+                   "shift-drag to move; two fingers on a touch screen. The buttons hide "
+                   "and show a series everywhere.",
+                   "note");
+}
+
+PlotInput Plots(const Estimate& e, const ReportInput& input) {
+  PlotInput out;
+  for (const FrameEstimate& f : e.frames) out.stamps_ns.push_back(f.t_ns);
+  out.t0_ns = e.frames.empty() ? 0 : e.frames.front().t_ns;
+  out.truth = input.truth;
+  out.series.push_back({kClosedForm, ClosedFormSeries(e.frames, ClosedFormVariant::kLowPass), {}});
+  out.series.push_back({kOptimised, EstimatedSeries(e.frames), {}});
+  if (!e.lagged.empty()) out.series.push_back({kLagged, EstimatedSeries(e.lagged), {}});
+  return out;
+}
+
+ReportSection FromAbove(const PlotInput& plots, const ReportInput& input,
+                        const std::vector<std::string>& slots) {
+  std::vector<PicturePath> paths;
+  std::vector<size_t> used;
+  for (const PlottedSeries& s : plots.series) {
+    paths.push_back({s.slot, s.series, s.slot != kClosedForm});
+    used.push_back(s.slot);
+  }
+  if (!input.truth.empty() && !plots.stamps_ns.empty()) {
+    PicturePath truth{kTruth, {}, true};
+    for (const TruthSample& s : input.truth) {
+      if (s.t_ns < plots.stamps_ns.front() || s.t_ns > plots.stamps_ns.back()) continue;
+      truth.series.push_back({s.t_ns, s.world_from_body, std::nullopt, std::nullopt});
+    }
+    paths.insert(paths.begin() + 1, truth);
+    used.insert(used.begin(), kTruth);
+  }
+  return {
+      "Trajectory from above",
+      ParagraphHtml("The map as printed: x of W runs down, y to the right, in metres. The wheel "
+                    "zooms, dragging moves, a double-click shows everything.",
+                    "note") +
+          LegendHtml(used, slots) + MapPictureSvg(input.map, paths),
+      {}};
+}
+
+Plot OverFrames(const std::string& title, const std::vector<double>& t_s, int decimals) {
+  Plot plot;
+  plot.title = title;
+  plot.decimals = decimals;
+  plot.t_s = t_s;
+  return plot;
+}
+
+ReportSection Counts(const Estimate& e, const std::vector<double>& t_s) {
+  Plot tags = OverFrames("tags per frame", t_s, 0), tracks = OverFrames("tracks per frame", t_s, 0);
+  PlotSeries tag_series{kTags, {}, {}}, track_series{kTracks, {}, {}};
+  for (const FrameEstimate& f : e.frames) {
+    tag_series.values.push_back(f.n_tags);
+    track_series.values.push_back(f.n_tracks);
+  }
+  tags.series = {std::move(tag_series)};
+  tracks.series = {std::move(track_series)};
+  return {"Measurements", "", {std::move(tags), std::move(tracks)}};
+}
+
+ReportSection Reprojection(const Estimate& e) {
+  return {"Reprojection",
+          ParagraphHtml("Distance of every tag corner from where the estimate puts it, in pixels.",
+                        "note") +
+              HistogramSvg(e.reprojection_px, "px"),
+          {}};
+}
+
+struct Stage {
+  const char* name;
+  const std::vector<double>* ms;
+};
+
+std::vector<Stage> Stages(const StageTimes& times) {
+  return {{"detect", &times.detect_ms},
+          {"track", &times.track_ms},
+          {"seed", &times.seed_ms},
+          {"optimise", &times.optimise_ms},
+          {"frame", &times.frame_ms}};
+}
+
+ReportSection Times(const Estimate& e, const std::vector<double>& t_s) {
+  TextTable table = {{"stage", "runs", "median ms", "p95 ms", "p99 ms", "max ms", "total s"}};
+  Plot plot = OverFrames("time per frame [ms]", t_s, 3);
+  size_t slot = kFirstStage;
+  for (const Stage& stage : Stages(e.times)) {
+    const std::vector<double>& ms = *stage.ms;
+    const size_t this_slot = slot++;
+    if (ms.empty()) continue;
+    double total = 0;
+    for (const double x : ms) total += x;
+    table.push_back({stage.name, std::to_string(ms.size()), Format("%.2f", Quantile(ms, 0.5)),
+                     Format("%.2f", Quantile(ms, 0.95)), Format("%.2f", Quantile(ms, 0.99)),
+                     Format("%.2f", Quantile(ms, 1)), Format("%.2f", 1e-3 * total)});
+    if (ms.size() == t_s.size()) plot.series.push_back({this_slot, ms, {}});
+  }
+  ReportSection out{"Times", table.size() > 1 ? TableHtml(table) : "", {}};
+  if (!plot.series.empty()) out.plots.push_back(std::move(plot));
+  return out;
+}
+
+}  // namespace
+
+std::string FormatReport(const Estimate& e, const ReportInput& input) {
+  ReportPage page;
+  page.title = "tagtwist: " + input.facts.dataset;
+  page.html = Words(e, input);
+  page.slots = {"ground truth", "closed form", "optimised", "optimised, lagged", "tags", "tracks"};
+  for (const Stage& stage : Stages(e.times)) page.slots.emplace_back(stage.name);
+  if (!e.lagged.empty()) page.slots[kOptimised] = "optimised, lag 0";
+  const PlotInput plots = Plots(e, input);
+  std::vector<double> t_s;
+  for (const int64_t t_ns : plots.stamps_ns) t_s.push_back(ToSeconds(t_ns - plots.t0_ns));
+  page.sections.push_back(FromAbove(plots, input, page.slots));
+  for (ReportSection& section : TrajectorySections(plots)) {
+    page.sections.push_back(std::move(section));
+  }
+  page.sections.push_back(Counts(e, t_s));
+  if (!e.reprojection_px.empty()) page.sections.push_back(Reprojection(e));
+  page.sections.push_back(Times(e, t_s));
+  return FormatReportPage(page);
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,24 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "estimator/pose_series.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// A trajectory in the picture from above; `slot` as in PlotSeries.
+struct PicturePath {
+  size_t slot = 0;
+  PoseSeries series;
+  bool sets_extent = true;  // false: cut at the border, so that outliers do not shrink the rest
+};
+
+/// The plane z = 0 seen from above as SVG: x of W runs down, y to the right, with a grid in metres,
+/// the tags of the map (which may be empty) and the paths over them.
+std::string MapPictureSvg(const TagMap& map, const std::vector<PicturePath>& paths);
+
+/// Histogram as SVG; the last bar holds all values above the 99th percentile. Empty for no values.
+std::string HistogramSvg(std::vector<double> values, const std::string& unit);
+
+}  // namespace tagtwist

@@ -1,0 +1,102 @@
+#include "estimator/result_writer.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "estimator/report.h"
+#include "estimator/states_csv.h"
+#include "frontend/ground_truth_io.h"
+
+namespace tagtwist {
+namespace {
+
+const std::vector<std::string> kAllNames = {
+    "closed_form.tum",  "optimised.tum",           "states.csv",   "states_lagged.csv",
+    "ground_truth.tum", "ground_truth_states.csv", "summary.json", "report.html",
+    "covariance.csv",   "covariance_lagged.csv"};
+
+Pose WithPositiveW(const Pose& pose) {
+  Pose out = pose;
+  if (out.params(3) < 0) out.params.head<4>() *= -1;
+  return out;
+}
+
+std::string FormatSeriesTum(const PoseSeries& series) {
+  std::vector<TruthSample> samples;
+  samples.reserve(series.size());
+  for (const PoseSample& s : series)
+    samples.push_back({s.t_ns, WithPositiveW(s.world_from_body), {}});
+  return FormatTum(samples);
+}
+
+PoseSeries ToSeries(const std::vector<TruthSample>& truth) {
+  PoseSeries out;
+  for (const TruthSample& s : truth) out.push_back({s.t_ns, s.world_from_body, {}, {}});
+  return out;
+}
+
+// Name and text of each file; texts are made one at a time.
+using Writer = std::pair<std::string, std::string (*)(const Estimate&, const ResultContext&)>;
+
+std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& context) {
+  std::vector<Writer> out = {
+      {"closed_form.tum",
+       [](const Estimate& e, const ResultContext&) {
+         return FormatSeriesTum(ClosedFormSeries(e.frames, ClosedFormVariant::kLowPass));
+       }},
+      {"optimised.tum",
+       [](const Estimate& e, const ResultContext&) {
+         return FormatSeriesTum(EstimatedSeries(e.frames));
+       }},
+      {"states.csv",
+       [](const Estimate& e, const ResultContext&) { return FormatStatesCsv(e.frames); }},
+      {"summary.json",
+       [](const Estimate& e, const ResultContext& c) {
+         return SummaryJson(e, c.rows, c.facts).dump(2) + "\n";
+       }},
+      {"report.html", [](const Estimate& e, const ResultContext& c) {
+         return FormatReport(e, {c.facts, c.map, c.truth, c.rows});
+       }}};
+  if (!estimate.lagged.empty()) {
+    out.push_back({"states_lagged.csv", [](const Estimate& e, const ResultContext&) {
+                     return FormatStatesCsv(e.lagged);
+                   }});
+  }
+  if (context.write_covariance) {
+    out.push_back({"covariance.csv", [](const Estimate& e, const ResultContext&) {
+                     return FormatCovarianceCsv(e.frames);
+                   }});
+  }
+  if (context.write_covariance && !estimate.lagged.empty()) {
+    out.push_back({"covariance_lagged.csv", [](const Estimate& e, const ResultContext&) {
+                     return FormatCovarianceCsv(e.lagged);
+                   }});
+  }
+  if (!context.truth.empty()) {
+    out.push_back({"ground_truth.tum", [](const Estimate&, const ResultContext& c) {
+                     return FormatSeriesTum(ToSeries(c.truth));
+                   }});
+  }
+  if (!context.truth.empty() && std::all_of(context.truth.begin(), context.truth.end(),
+                                            [](const TruthSample& s) { return s.twist; })) {
+    out.push_back({"ground_truth_states.csv", [](const Estimate&, const ResultContext& c) {
+                     return FormatGroundTruthCsv(c.truth);
+                   }});
+  }
+  return out;
+}
+
+}  // namespace
+
+Status WriteResults(const std::string& folder, const Estimate& estimate,
+                    const ResultContext& context) {
+  auto set = FileSet::Begin(folder);
+  if (!set) return set.error();
+  for (const auto& [name, text] : Writers(estimate, context)) {
+    if (auto added = (*set)->Add(name, text(estimate, context)); !added) return added;
+  }
+  return (*set)->Commit(kAllNames);
+}
+
+}  // namespace tagtwist

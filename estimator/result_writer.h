@@ -1,0 +1,32 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "estimator/comparison_table.h"
+#include "estimator/estimate.h"
+#include "estimator/file_set.h"
+#include "estimator/summary_json.h"
+#include "frontend/types/body_state.h"
+#include "frontend/types/result.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// What goes into an output folder besides the estimate.
+struct ResultContext {
+  RunFacts facts;
+  TagMap map;                       // drawn in the report
+  std::vector<TruthSample> truth;   // empty when there is none
+  std::vector<ComparisonRow> rows;  // as CompareMethods gives them
+  bool write_covariance = false;
+};
+
+/// Writes closed_form.tum, optimised.tum, states.csv, summary.json, report.html; with truth
+/// ground_truth.tum, and ground_truth_states.csv where it has twists; in window mode
+/// states_lagged.csv; when asked covariance.csv (and covariance_lagged.csv). All of them or none,
+/// see FileSet; files of that list that this run does not have are removed. Two runs with the same
+/// estimate differ in wall_s, peak_rss_mib and the times alone.
+Status WriteResults(const std::string& folder, const Estimate& estimate,
+                    const ResultContext& context);
+
+}  // namespace tagtwist

@@ -1,0 +1,29 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "estimator/comparison_table.h"
+#include "estimator/estimate.h"
+
+namespace tagtwist {
+
+/// Facts of a run that the estimate does not know.
+struct RunFacts {
+  std::string dataset;      // as the user named it
+  double wall_s = 0;        // from start to the writing of the results
+  double peak_rss_mib = 0;  // largest memory held so far
+};
+
+/// Median, 99th percentile and largest; null where nothing was measured.
+nlohmann::ordered_json PercentilesJson(const std::vector<double>& values);
+
+/// The figures of one trajectory; keys that truth cannot answer are absent.
+nlohmann::ordered_json AccuracyJson(const Accuracy& accuracy);
+
+/// The whole of summary.json. `rows` as CompareMethods gives them: accuracy.closed_form is the full
+/// method (RANSAC + low-pass), accuracy.optimised in window mode the state at lag 0.
+nlohmann::ordered_json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
+                                   const RunFacts& facts);
+
+}  // namespace tagtwist
