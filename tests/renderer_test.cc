@@ -1,0 +1,334 @@
+#include "frontend/renderer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <thread>
+
+#include "frontend/random_stream.h"
+#include "frontend/types/so3.h"
+#include "tests/edge_fit.h"
+
+namespace tagtwist {
+namespace {
+
+using ::testing::HasSubstr;
+
+// No noise, no shading, no scribble.
+RendererOptions Plain(double blur_px = 0, int supersampling = 4) {
+  RendererOptions out;
+  out.blur_px = blur_px;
+  out.supersampling = supersampling;
+  out.vignetting = out.gradient = out.noise_grey = 0;
+  out.scene.scribbles_per_m2 = 0;
+  return out;
+}
+
+Renderer MustMake(const Camera& camera, const TagMap& map, const RendererOptions& options) {
+  auto made = Renderer::Make(camera, map, options);
+  EXPECT_TRUE(made) << made.error().message;
+  return *made;
+}
+
+Camera DistortedCamera() {
+  Camera out;
+  out.k1 = -0.28;
+  out.k2 = 0.08;
+  out.p1 = 1e-3;
+  out.p2 = -5e-4;
+  return out;
+}
+
+// A camera above (x, y) that looks down, turned and tilted.
+Pose Above(double x, double y, double height, const Eigen::Vector3d& turn = {0, 0, 0}) {
+  const Eigen::Quaterniond down(0, 1, 0, 0);
+  return MakePose(down * ExpSo3(turn), {x, y, height});
+}
+
+// A camera at a place that looks at another, rolled about its axis.
+Pose LookAt(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double roll) {
+  const Eigen::Vector3d forward = (to - from).normalized();
+  const Eigen::Quaterniond turn =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), forward);
+  return MakePose(turn * ExpSo3({0, 0, roll}), from);
+}
+
+TagMap OneTag(double size_m = 0.2) {
+  return TagMap("tag36h11", {{5, MakePose(Eigen::Quaterniond::Identity(), {0, 0, 0}), size_m}});
+}
+
+cv::Mat Render(const Renderer& renderer, const Pose& world_from_cam, uint64_t index = 0) {
+  return renderer.Render({world_from_cam}, 0.0, index);
+}
+
+struct ExactnessCase {
+  const char* name;
+  double blur_px;
+  int supersampling;
+  bool distorted;
+};
+std::ostream& operator<<(std::ostream& out, const ExactnessCase& c) { return out << c.name; }
+class RendererExactness : public ::testing::TestWithParam<ExactnessCase> {};
+
+TEST_P(RendererExactness, EdgesLieWhereTheyProjectTo) {
+  const ExactnessCase& c = GetParam();
+  const Camera camera = c.distorted ? DistortedCamera() : Camera();
+  const TagMap map = OneTag();
+  const Renderer renderer = MustMake(camera, map, Plain(c.blur_px, c.supersampling));
+  RandomStream random(3);
+  double worst = 0;
+  for (int i = 0; i < 24; ++i) {
+    Eigen::Vector3d turn(0, 0, 0);  // the first ones see the sides along rows and columns
+    if (i >= 8) turn << random.Uniform(-0.4, 0.4), random.Uniform(-0.4, 0.4), random.Uniform(-3, 3);
+    const Pose world_from_cam = Above(random.Uniform(-0.05, 0.05), random.Uniform(-0.05, 0.05),
+                                      random.Uniform(0.5, 0.7), turn);
+    const cv::Mat image = Render(renderer, world_from_cam);
+    for (size_t side = 0; side < 4; ++side) {
+      const double bias =
+          EdgeBias(image, camera, Inverse(world_from_cam), map.CornersInWorld(5), side);
+      if (!std::isfinite(bias)) continue;  // out of the image
+      EXPECT_LT(std::abs(bias), 0.01) << "view " << i << " side " << side;
+      worst = std::max(worst, std::abs(bias));
+    }
+  }
+  RecordProperty("worst_px", std::to_string(worst));
+  EXPECT_GT(worst, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RendererExactness,
+                         ::testing::Values(ExactnessCase{"Sharp", 0, 4, false},
+                                           ExactnessCase{"Coarse", 0, 2, false},
+                                           ExactnessCase{"Blurred", 0.5, 4, false},
+                                           ExactnessCase{"Distorted", 0.5, 4, true}),
+                         [](const auto& test) { return test.param.name; });
+
+// A ray caster that knows nothing of the renderer's ways: the grey that a ray sees, its nearest
+// tag (with the white margin) or the floor.
+double CastRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const TagMap& map,
+               const std::vector<TagPattern>& patterns, const SceneOptions& look) {
+  double nearest = std::numeric_limits<double>::infinity(), grey = look.background_grey;
+  if (direction.z() * origin.z() < 0) {
+    nearest = -origin.z() / direction.z() * (1 + 1e-6);  // tags on the floor win
+    grey = look.floor_grey;
+  }
+  for (size_t i = 0; i < map.tags().size(); ++i) {
+    const Tag& tag = map.tags()[i];
+    const Pose tag_from_world = Inverse(tag.world_from_tag);
+    const Eigen::Vector3d o = tag_from_world * origin, d = tag_from_world.rotation() * direction;
+    const double s = -o.z() / d.z();
+    if (!(s > 0) || !(s < nearest)) continue;
+    const TagPattern& pattern = patterns[i];
+    const double cell = tag.size_m / pattern.square_cells;
+    const int column =
+        static_cast<int>(std::floor((o.x() + s * d.x()) / cell + 0.5 * pattern.cells));
+    const int row = static_cast<int>(std::floor(0.5 * pattern.cells - (o.y() + s * d.y()) / cell));
+    if (std::min(column, row) < 0 || std::max(column, row) >= pattern.cells) continue;
+    nearest = s;
+    const bool white = o.z() < 0 || pattern.IsWhite(column, row);  // the back is paper
+    grey = white ? look.paper_grey : look.ink_grey;
+  }
+  return grey;
+}
+
+// Tags on the floor, on two walls, in front of one another, through one another, and one seen from
+// its back.
+TagMap RoomMap() {
+  const Eigen::Quaterniond flat = Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond wall_x(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY()));
+  const Eigen::Quaterniond wall_y(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
+  return TagMap("tag36h11",
+                {{0, MakePose(flat, {0, 0, 0}), 0.15},
+                 {1, MakePose(flat, {0.28, 0.02, 0}), 0.15},
+                 {2, MakePose(wall_x, {-0.3, 0, 0.15}), 0.18},
+                 {3, MakePose(wall_y, {0.05, 0.25, 0.12}), 0.18},
+                 {4, MakePose(flat, {0.06, 0.07, 0.2}), 0.1},
+                 {5, MakePose(flat * Eigen::Quaterniond(0, 1, 0, 0), {0.2, -0.2, 0.1}), 0.1},
+                 {6, MakePose(ExpSo3({0.5, -0.6, 0.3}), {-0.1, -0.2, 0.05}), 0.12},
+                 {7, MakePose(ExpSo3({0.6, 0, 0.2}), {0.28, 0.18, 0.12}), 0.12},
+                 {8, MakePose(ExpSo3({-0.6, 0, 0.2}), {0.28, 0.18, 0.12}), 0.12}});
+}
+
+class RendererRays : public ::testing::TestWithParam<bool> {};
+
+TEST_P(RendererRays, EveryPixelSeesWhatItsRaySees) {
+  const Camera camera = GetParam() ? DistortedCamera() : Camera();
+  const TagMap map = RoomMap();
+  RendererOptions options = Plain();
+  options.scene.floor_grey = 160;
+  const Renderer renderer = MustMake(camera, map, options);
+  std::vector<int> ids;
+  for (const Tag& tag : map.tags()) ids.push_back(tag.id);
+  const auto patterns = MakeTagPatterns("tag36h11", ids);
+  for (const Pose& world_from_cam :
+       {LookAt({0.1, 0, 0.9}, {0.05, 0.02, 0}, 0.3), LookAt({0.5, -0.5, 0.45}, {0, 0, 0.05}, 2.0),
+        LookAt({0.4, -0.25, 0.25}, {-0.1, 0.05, 0.1}, -0.4)}) {
+    const cv::Mat image = Render(renderer, world_from_cam);
+    int compared = 0, dark = 0, wrong = 0;
+    for (int v = 0; v < image.rows; ++v) {
+      for (int u = 0; u < image.cols; ++u) {
+        double least = 255, most = 0;
+        for (const double du : {-0.8, 0.0, 0.8}) {
+          for (const double dv : {-0.8, 0.0, 0.8}) {
+            const auto ray = camera.Unproject({u + du, v + dv});
+            ASSERT_TRUE(ray);
+            const double grey = CastRay(world_from_cam.translation(),
+                                        world_from_cam.rotation() * ray->homogeneous(), map,
+                                        *patterns, options.scene);
+            least = std::min(least, grey);
+            most = std::max(most, grey);
+          }
+        }
+        if (least != most) continue;  // an edge nearby
+        ++compared;
+        dark += least < 50;
+        wrong += std::abs(image.at<uint8_t>(v, u) - least) > 1;
+      }
+    }
+    EXPECT_GT(compared, 50000);
+    EXPECT_GT(dark, 500);
+    // Cells seen from their edge may be thinner than the 9 rays are apart.
+    EXPECT_LT(wrong, compared / 1000);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Lens, RendererRays, ::testing::Bool(),
+                         [](const auto& test) { return test.param ? "Distorted" : "Pinhole"; });
+
+TEST(Renderer, BytesDependOnSeedAndFrameAlone) {
+  RendererOptions options;
+  options.scene.occluders = 3;
+  const TagMap map = MakeTagMap({});
+  const Renderer a = MustMake({}, map, options), b = MustMake({}, map, options);
+  options.scene.seed = 2;
+  const Renderer other = MustMake({}, map, options);
+  const Pose pose = Above(1.5, 1.2, 1.2, {0.1, 0.1, 0.3});
+  const cv::Mat image = Render(a, pose, 7);
+  EXPECT_EQ(cv::norm(image, Render(b, pose, 7), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(image, Render(a, pose, 8), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(image, Render(other, pose, 7), cv::NORM_INF), 0);
+  std::vector<cv::Mat> threaded(4);
+  std::vector<std::thread> threads;
+  for (cv::Mat& out : threaded) threads.emplace_back([&] { out = Render(a, pose, 7); });
+  for (std::thread& thread : threads) thread.join();
+  for (const cv::Mat& out : threaded) EXPECT_EQ(cv::norm(image, out, cv::NORM_INF), 0);
+}
+
+TEST(Renderer, NoiseHasItsSigmaAndNoBias) {
+  RendererOptions options = Plain();
+  options.noise_grey = 3;
+  options.scene.floor_grey = 120.3;
+  const Renderer renderer = MustMake({}, OneTag(), options);
+  const cv::Mat first = Render(renderer, Above(50, 50, 1), 0);
+  const cv::Mat second = Render(renderer, Above(50, 50, 1), 1);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(first, mean, deviation);
+  EXPECT_NEAR(mean[0], 120.3, 5 * 3 / 300.0);
+  EXPECT_NEAR(deviation[0], std::sqrt(9 + 1.0 / 12), 0.05);
+  cv::Mat a, b;
+  first.convertTo(a, CV_64F, 1, -mean[0]);
+  second.convertTo(b, CV_64F, 1, -mean[0]);
+  EXPECT_LT(std::abs(a.dot(b)) / (9.0 * static_cast<double>(a.total())), 0.02);  // independent
+}
+
+TEST(Renderer, DefocusHasItsWidth) {
+  for (const double sigma : {0.0, 0.5, 1.0, 2.0}) {
+    TagMap map = OneTag(0.6);
+    const Renderer renderer = MustMake({}, map, Plain(sigma));
+    const cv::Mat image = Render(renderer, Above(0.30, 0.01, 0.5));  // its right side, amid
+    double sum = 0, mean = 0, square = 0;
+    for (int u = 190; u < 214; ++u) {
+      const double step =
+          static_cast<double>(image.at<uint8_t>(120, u + 1)) - image.at<uint8_t>(120, u);
+      sum += step;
+      mean += step * u;
+      square += step * u * u;
+    }
+    ASSERT_NEAR(sum, 200, 2);
+    mean /= sum;
+    // Twice a pixel's own square: once in the camera, once in the difference of two pixels. Without
+    // blur the edge's place within its pixel counts, too.
+    const double variance = square / sum - mean * mean, expected = sigma * sigma + 1.0 / 6;
+    EXPECT_NEAR(variance, expected, sigma > 0 ? 0.02 * expected : 0.17) << sigma;
+  }
+}
+
+TEST(Renderer, ShadingIsOfTheGivenStrength) {
+  RendererOptions options = Plain();
+  options.scene.floor_grey = 200;
+  options.vignetting = 0.4;
+  cv::Mat image = Render(MustMake({}, OneTag(), options), Above(50, 50, 1));
+  EXPECT_NEAR(image.at<uint8_t>(0, 0), 120, 1);
+  EXPECT_NEAR(image.at<uint8_t>(120, 188), 200, 1);
+  options.vignetting = 0;
+  options.gradient = 0.2;
+  options.gradient_direction_rad = M_PI / 2;
+  image = Render(MustMake({}, OneTag(), options), Above(50, 50, 1));
+  EXPECT_NEAR(image.at<uint8_t>(0, 100), 180, 1);
+  EXPECT_NEAR(image.at<uint8_t>(239, 300), 220, 1);
+}
+
+TEST(Renderer, ScribbleStaysOffThePapers) {
+  RendererOptions options = Plain();
+  options.scene.scribbles_per_m2 = 2000;
+  const TagMap map = MakeTagMap({});
+  const Renderer with = MustMake({}, map, options);
+  options.scene.scribbles_per_m2 = 0;
+  const Renderer without = MustMake({}, map, options);
+  const Pose pose = Above(1.2, 1.0, 0.8, {0.2, 0.1, 0.5});
+  const cv::Mat scribbled = Render(with, pose), clean = Render(without, pose);
+  EXPECT_GT(cv::countNonZero(scribbled != clean), 3000);
+  int on_paper = 0;
+  for (const Patch& paper : with.scene().tags()) {
+    for (double u = -1; u <= 1; u += 0.05) {
+      for (double v = -1; v <= 1; v += 0.05) {
+        Eigen::Vector2d pixel;
+        const Eigen::Vector3d point = paper.centre + u * paper.half_u + v * paper.half_v;
+        if (!Camera().Project(Inverse(pose) * point, &pixel) || !Camera().Contains(pixel, 1))
+          continue;
+        // Nearest pixel; it must lie on the paper itself, so stay half a pixel inside.
+        if (std::max(std::abs(u), std::abs(v)) > 0.95) continue;
+        const cv::Point at(static_cast<int>(std::lround(pixel.x())),
+                           static_cast<int>(std::lround(pixel.y())));
+        on_paper += scribbled.at<uint8_t>(at) != clean.at<uint8_t>(at);
+      }
+    }
+  }
+  EXPECT_EQ(on_paper, 0);
+}
+
+TEST(Renderer, MotionBlurIsTheMeanOverTheExposure) {
+  const TagMap map = OneTag();
+  const Renderer renderer = MustMake({}, map, Plain());
+  std::vector<Pose> poses;  // 3 px of motion along x
+  for (int i = 0; i < 12; ++i) poses.push_back(Above(0.006 * ((i + 0.5) / 12 - 0.5), 0, 0.6));
+  const cv::Mat image = renderer.Render(poses, 0, 0);
+  const Pose middle = Inverse(Above(0, 0, 0.6));
+  for (size_t side = 0; side < 4; ++side) {
+    EXPECT_NEAR(EdgeBias(image, {}, middle, map.CornersInWorld(5), side), 0, 0.01);
+  }
+  EXPECT_GT(cv::norm(image, Render(renderer, Above(0, 0, 0.6)), cv::NORM_INF), 50);
+}
+
+TEST(Renderer, RefusesBadOptions) {
+  const auto message = [](const RendererOptions& options, const TagMap& map = OneTag()) {
+    const auto made = Renderer::Make({}, map, options);
+    return made ? "" : made.error().message;
+  };
+  RendererOptions options;
+  options.noise_grey = NAN;
+  EXPECT_THAT(message(options), HasSubstr("noise_grey: expected in [0, 255]"));
+  options = {};
+  options.supersampling = 0;
+  EXPECT_THAT(message(options), HasSubstr("supersampling"));
+  options = {};
+  options.scene.occluder_radius_m = 0;
+  EXPECT_THAT(message(options), HasSubstr("occluder_radius_m"));
+  const Tag tag{587, Pose(), 0.1};
+  EXPECT_THAT(message({}, TagMap("tag36h11", {tag})),
+              HasSubstr("tag 587: tag36h11 has ids 0..586"));
+  EXPECT_THAT(message({}, TagMap("tag1", {tag})), HasSubstr("expected one of tag36h11, "));
+}
+
+}  // namespace
+}  // namespace tagtwist
