@@ -62,7 +62,7 @@ std::string TextSvg(double x, double y, double size, const std::string& anchor,
 
 std::string GridSvg(const Eigen::AlignedBox2d& box) {
   const double step = NiceStep(box.sizes().maxCoeff(), 10);
-  const double size = 0.018 * box.sizes().maxCoeff();
+  const double size = 0.014 * box.sizes().maxCoeff();
   std::string out;
   const auto first = [step](double low) { return static_cast<int>(std::ceil(low / step)); };
   for (int k = first(box.min().x()); k * step < box.max().x(); ++k) {

@@ -75,7 +75,7 @@
     const plot = entry.plot;
     const values = entry.element.querySelector(".values");
     const options = Object.assign(looks(plot), {
-      labels: ["t"].concat(plot.series.map((s) => data.slots[s.slot])),
+      labels: ["t"].concat(plot.series.map((s, i) => i + ": " + data.slots[s.slot])),
       customBars: true,
       connectSeparatedPoints: plot.connect,
       fillAlpha: 0.18,
@@ -123,7 +123,8 @@
     syncing = false;
   }
 
-  // Plots are drawn when they come into view.
+  // Plots are drawn when they come into view; those in view from the start at once, and all of them
+  // before the page is printed.
   function watch() {
     const observer = new IntersectionObserver((entries) => {
       for (const seen of entries) {
@@ -138,6 +139,13 @@
                     visible: false, stale: false });
       observer.observe(element);
     }
+    for (const entry of graphs) {
+      entry.visible = entry.element.getBoundingClientRect().top < innerHeight + 300;
+      if (entry.visible) draw(entry);
+    }
+    addEventListener("beforeprint", () => {
+      for (const entry of graphs) if (!entry.graph) draw(entry);
+    });
   }
 
   // The picture from above: wheel zooms at the pointer, drag moves, double-click shows all.
