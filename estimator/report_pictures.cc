@@ -94,7 +94,8 @@ std::string TagsSvg(const TagMap& map) {
 std::string PathSvg(const PicturePath& path) {
   constexpr size_t kMaxPoints = 4000;
   const size_t step = path.series.size() / kMaxPoints + 1;
-  std::string out = "<polyline class=\"path s" + std::to_string(path.slot) + "\" points=\"";
+  std::string out = "<polyline class=\"path s" + std::to_string(path.slot % 10) +
+                    "\" data-slot=\"" + std::to_string(path.slot) + "\" points=\"";
   for (size_t i = 0; i < path.series.size(); i += step) {
     const Eigen::Vector2d p = ToPicture(path.series[i].world_from_body.translation());
     if (p.allFinite()) out += PointText(p) + " ";

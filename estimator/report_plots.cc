@@ -113,7 +113,7 @@ const std::array<Quantity, 4> kQuantities = {{
     {"Position",
      "Position error",
      "Body origin in W, with 3-sigma bands.",
-     "Estimate minus truth, in W. The band is +-3 sigma around zero: the error should stay in it.",
+     "Estimate minus truth, in W. The band is ±3 sigma around zero: the error should stay in it.",
      {"x [m]", "y [m]", "z [m]"},
      {"x error [mm]", "y error [mm]", "z error [mm]"},
      5,

@@ -76,6 +76,19 @@ Json AccuracyJson(const Accuracy& a) {
   return out;
 }
 
+Json AlignmentJson(const Alignment& a) {
+  const auto pose = [](const Pose& p) {
+    const double sign = p.params(3) < 0 ? -1 : 1;
+    Json out = Json::array();
+    for (const double x : p.translation()) out.push_back(x);
+    for (int i = 0; i < 4; ++i) out.push_back(sign * p.params(i));
+    return out;
+  };
+  return {{"truth_from_world", pose(a.truth_from_world)},
+          {"body_from_marker", pose(a.body_from_marker)},
+          {"time_offset_s", a.time_offset_s}};
+}
+
 Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
                  const RunFacts& facts) {
   Json out;

@@ -21,6 +21,9 @@ nlohmann::ordered_json PercentilesJson(const std::vector<double>& values);
 /// The figures of one trajectory; keys that truth cannot answer are absent.
 nlohmann::ordered_json AccuracyJson(const Accuracy& accuracy);
 
+/// {truth_from_world, body_from_marker: [x y z qx qy qz qw], time_offset_s}.
+nlohmann::ordered_json AlignmentJson(const Alignment& alignment);
+
 /// The whole of summary.json. `rows` as CompareMethods gives them: accuracy.closed_form is the full
 /// method (RANSAC + low-pass), accuracy.optimised in window mode the state at lag 0.
 nlohmann::ordered_json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,

@@ -111,7 +111,7 @@
     for (const button of document.querySelectorAll('.legend button[data-slot="' + slot + '"]')) {
       button.setAttribute("aria-pressed", String(!hidden.has(slot)));
     }
-    for (const path of document.querySelectorAll("svg .path.s" + slot)) {
+    for (const path of document.querySelectorAll('svg .path[data-slot="' + slot + '"]')) {
       path.style.display = hidden.has(slot) ? "none" : "";
     }
     syncing = true;

@@ -1,0 +1,105 @@
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/usage.h"
+#include "estimator/comparison_report.h"
+#include "frontend/atomic_file.h"
+#include "frontend/ground_truth_io.h"
+#include "frontend/number_text.h"
+
+DEFINE_string(ground_truth, "",
+              "Ground truth of all inputs: CSV with columns t,x,y,z,qx,qy,qz,qw and where it has "
+              "them the twist, TUM, EuRoC/ASL or a course .mat. Without it: what lies beside an "
+              "input.");
+DEFINE_string(align, "none",
+              "none; se3: the world moved rigidly onto the truth's; handeye: besides, a rigid "
+              "transform between the body and the frame that the truth measures.");
+DEFINE_string(time_offset, "none",
+              "none; estimate; or seconds that the truth's clock is ahead of the estimate's.");
+DEFINE_string(json, "", "Writes all figures to this file.");
+DEFINE_string(html, "", "Writes a page with the table and plots to this file.");
+
+namespace tagtwist {
+namespace {
+
+Usage CompareUsage() {
+  return {
+      "tagtwist_compare",
+      "DIR|FILE [...] [--ground_truth FILE] [--align none|se3|handeye] [--json FILE]",
+      "Compares trajectories with ground truth: ATE, RPE, velocity, rates, NEES. An input is an\n"
+      "output folder of tagtwist_estimate, a states.csv, or poses as TUM, CSV or EuRoC/ASL.",
+      {{"Ground truth", {"ground_truth", "align", "time_offset"}}, {"Output", {"json", "html"}}},
+      /*max_arguments=*/1000};
+}
+
+Result<EvaluationOptions> OptionsFromFlags() {
+  EvaluationOptions out;
+  const auto kind = ParseAlignmentKind(FLAGS_align);
+  if (!kind) return Error{"--align: expected none, se3 or handeye, got '" + FLAGS_align + "'"};
+  out.alignment.kind = *kind;
+  if (FLAGS_time_offset == "estimate") {
+    out.alignment.estimate_time_offset = true;
+  } else if (FLAGS_time_offset != "none") {
+    const auto seconds = ParseNumber(FLAGS_time_offset);
+    if (!seconds) {
+      return Error{"--time_offset: expected none, estimate or seconds, got '" + FLAGS_time_offset +
+                   "'"};
+    }
+    out.alignment.time_offset_s = *seconds;
+  }
+  return out;
+}
+
+Result<Comparison> ReadAndCompare(const std::vector<std::string>& paths,
+                                  const EvaluationOptions& options) {
+  std::vector<NamedSeries> series;
+  std::vector<TruthSample> truth;
+  std::string truth_path = FLAGS_ground_truth;
+  if (!truth_path.empty()) {
+    auto read = ReadGroundTruth(truth_path);
+    if (!read) return read.error();
+    truth = std::move(*read);
+  }
+  for (const std::string& path : paths) {
+    auto results = ReadResultsAt(path);
+    if (!results) return results.error();
+    for (NamedSeries& named : results->series) series.push_back(std::move(named));
+    if (truth.empty() && !results->truth.empty()) {
+      truth = std::move(results->truth);
+      truth_path = results->truth_path;
+    }
+  }
+  return Compare(std::move(series), std::move(truth), truth_path, options);
+}
+
+Status Run(const std::vector<std::string>& paths, const EvaluationOptions& options) {
+  const auto comparison = ReadAndCompare(paths, options);
+  if (!comparison) return comparison.error();
+  if (!FLAGS_json.empty()) {
+    const std::string json = ComparisonJson(*comparison).dump(2) + "\n";
+    if (auto written = WriteFileAtomically(FLAGS_json, json); !written) return written;
+  }
+  if (!FLAGS_html.empty()) {
+    const std::string html = FormatComparisonReport(*comparison);
+    if (auto written = WriteFileAtomically(FLAGS_html, html); !written) return written;
+  }
+  std::cout << FormatComparisonTable(comparison->rows, options.rpe_seconds);
+  return Ok();
+}
+
+}  // namespace
+}  // namespace tagtwist
+
+int main(int argc, char** argv) {
+  google::InitGoogleLogging(argv[0]);
+  const tagtwist::Usage usage = tagtwist::CompareUsage();
+  const auto paths = tagtwist::ParseFlagsOrExit2(argc, argv, usage);
+  if (paths.empty()) return tagtwist::Fail(usage, "expected an output folder or a file", 2);
+  const auto options = tagtwist::OptionsFromFlags();
+  if (!options) return tagtwist::Fail(usage, options.error().message, 2);
+  const auto done = tagtwist::Run(paths, *options);
+  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+}

@@ -1,0 +1,31 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "estimator/comparison_table.h"
+#include "estimator/result_reader.h"
+
+namespace tagtwist {
+
+/// Trajectories side by side, each with its figures.
+struct Comparison {
+  std::vector<NamedSeries> series;
+  std::vector<ComparisonRow> rows;  // one a series
+  std::vector<TruthSample> truth;   // empty when there is none
+  std::string truth_path;
+  EvaluationOptions options;
+};
+
+/// Judges every series. An error names the one that has no truth at its times, or too little to
+/// be aligned.
+Result<Comparison> Compare(std::vector<NamedSeries> series, std::vector<TruthSample> truth,
+                           const std::string& truth_path, const EvaluationOptions& options);
+
+/// {ground_truth, align, inputs: [{name, frames, accuracy, alignment, roughness}]}.
+nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
+
+/// A page as report.html, with the aligned trajectories from above and over time.
+std::string FormatComparisonReport(const Comparison& comparison);
+
+}  // namespace tagtwist
