@@ -218,7 +218,7 @@ std::vector<ReportSection> TrajectorySections(const PlotInput& input) {
     error_slots.push_back(series.slot);
     error_columns.push_back(ErrorColumn(input, series));
   }
-  if (!input.truth.empty()) {  // under the estimate, above the closed form
+  if (!input.truth.empty() && !slots.empty()) {  // under the estimate, above the closed form
     slots.insert(slots.end() - 1, kTruthSlot);
     columns.insert(columns.end() - 1, TruthColumn(input));
   }
