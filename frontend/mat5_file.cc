@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "frontend/mat_backends.h"
+#include "frontend/mat_elements.h"
 #include "frontend/mat_plain.h"
 
 namespace tagtwist {
@@ -110,7 +111,7 @@ class Mat5File : public MatFile {
     if (packets_ == nullptr || packets_->class_type != MAT_C_STRUCT) {
       return Error{path_ + ": no struct variable 'data'"};
     }
-    packets_name_ = packets_->name;
+    if (packets_->name != nullptr) packets_name_ = packets_->name;
     size_ = 1;
     for (int i = 0; i < packets_->rank; ++i) size_ *= packets_->dims[i];
     return Ok();
@@ -122,7 +123,8 @@ class Mat5File : public MatFile {
   bool HasField(const std::string& field) const override {
     const unsigned fields = Mat_VarGetNumberOfFields(packets_.get());
     char* const* const names = Mat_VarGetStructFieldnames(packets_.get());
-    return std::find(names, names + fields, std::string_view(field)) != names + fields;
+    return names != nullptr &&
+           std::find(names, names + fields, std::string_view(field)) != names + fields;
   }
 
   Result<MatArray> ReadField(size_t packet, const std::string& field) override {
@@ -163,6 +165,10 @@ std::string FieldPlace(const std::string& path, const std::string& packets_name,
 Result<std::unique_ptr<MatFile>> OpenMat5File(const std::string& path) {
   auto plain = MakePlainMat(path);
   if (!plain) return plain.error();
+  if (const auto sound = CheckMatStructure(plain->path, path); !sound) {
+    if (plain->temporary) ::unlink(plain->path.c_str());
+    return sound.error();
+  }
   auto file = std::make_unique<Mat5File>(path, std::move(*plain));
   if (!file->IsOpen()) return Error{path + ": damaged: cannot be opened as a MATLAB file"};
   return std::unique_ptr<MatFile>(std::move(file));

@@ -11,69 +11,13 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
-#include <vector>
+
+#include "frontend/mat_elements.h"
 
 namespace tagtwist {
 namespace {
 
-constexpr size_t kHeaderBytes = 128;
-constexpr size_t kTagBytes = 8;  // type, length
-constexpr uint32_t kMatrixType = 14, kCompressedType = 15;
-
-using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 using Chunk = std::array<unsigned char, 65536>;
-
-File OpenFile(const std::string& path, const char* mode) {
-  return File(std::fopen(path.c_str(), mode), std::fclose);
-}
-
-struct Element {
-  uint32_t type = 0;
-  uint64_t begin = 0, length = 0;  // of the content, without the tag [bytes]
-};
-
-struct Contents {
-  std::array<unsigned char, kHeaderBytes> header;
-  bool big_endian = false;
-  std::vector<Element> elements;
-};
-
-uint32_t ReadUint32(const unsigned char* bytes, bool big_endian) {
-  uint32_t value = 0;
-  for (size_t i = 0; i < 4; ++i)
-    value |= static_cast<uint32_t>(bytes[i]) << (big_endian ? 24 - 8 * i : 8 * i);
-  return value;
-}
-
-Result<Contents> ListElements(std::FILE* file, const std::string& path) {
-  Contents out;
-  const uint64_t file_bytes = std::filesystem::file_size(path);
-  if (std::fread(out.header.data(), 1, kHeaderBytes, file) != kHeaderBytes) {
-    return Error{path + ": truncated: no whole MAT header"};
-  }
-  out.big_endian = out.header[126] == 'M';
-  for (uint64_t at = kHeaderBytes; at < file_bytes;) {
-    std::array<unsigned char, kTagBytes> tag;
-    const std::string place = " at byte " + std::to_string(at);
-    if (std::fseek(file, static_cast<long>(at), SEEK_SET) != 0 ||
-        std::fread(tag.data(), 1, kTagBytes, file) != kTagBytes) {
-      return Error{path + ": truncated: no whole variable" + place};
-    }
-    const Element element{ReadUint32(tag.data(), out.big_endian), at + kTagBytes,
-                          ReadUint32(tag.data() + 4, out.big_endian)};
-    if (element.type != kMatrixType && element.type != kCompressedType) {
-      return Error{path + ": damaged: no variable" + place};
-    }
-    if (element.length > file_bytes - std::min(file_bytes, element.begin)) {
-      return Error{path + ": truncated: the variable" + place + " has " +
-                   std::to_string(element.length) + " bytes, the file ends after " +
-                   std::to_string(file_bytes - element.begin)};
-    }
-    out.elements.push_back(element);
-    at = element.begin + element.length;
-  }
-  return out;
-}
 
 // Feeds the element's bytes to take(data, size), which returns false to stop; false when the file
 // cannot be read or take stopped.
@@ -109,8 +53,8 @@ class Inflater {
       if (status != Z_OK && status != Z_STREAM_END) return false;
       ended_ = status == Z_STREAM_END;
       const size_t got = out_->size() - stream_.avail_out;
-      if (written_ < kTagBytes)
-        std::memcpy(tag_.data() + written_, out_->data(), std::min(got, kTagBytes - written_));
+      if (written_ < kMatTagBytes)
+        std::memcpy(tag_.data() + written_, out_->data(), std::min(got, kMatTagBytes - written_));
       written_ += got;
       write_failed_ = std::fwrite(out_->data(), 1, got, to_) != got;
       if (write_failed_) return false;
@@ -119,8 +63,9 @@ class Inflater {
   }
   // True when the stream ended and holds exactly the one variable that its tag speaks of.
   bool IsWhole(bool big_endian) const {
-    return ended_ && written_ >= kTagBytes && ReadUint32(tag_.data(), big_endian) == kMatrixType &&
-           ReadUint32(tag_.data() + 4, big_endian) == written_ - kTagBytes;
+    return ended_ && written_ >= kMatTagBytes &&
+           MatUint32(tag_.data(), big_endian) == kMatMatrixType &&
+           MatUint32(tag_.data() + 4, big_endian) == written_ - kMatTagBytes;
   }
   bool write_failed() const { return write_failed_; }
 
@@ -129,18 +74,18 @@ class Inflater {
   z_stream stream_ = {};
   bool ready_ = false, ended_ = false, write_failed_ = false;
   uint64_t written_ = 0;
-  std::array<unsigned char, kTagBytes> tag_ = {};
+  std::array<unsigned char, kMatTagBytes> tag_ = {};
   std::unique_ptr<Chunk> out_ = std::make_unique<Chunk>();
 };
 
-Status CopyElement(std::FILE* from, const Element& element, bool big_endian, std::FILE* to,
+Status CopyElement(std::FILE* from, const MatElement& element, bool big_endian, std::FILE* to,
                    const std::string& path, const std::string& copy_path) {
   const Error write_error{path + ": cannot inflate into " + copy_path + ": " +
                           std::strerror(ENOSPC)};
-  const uint64_t tag_begin = element.begin - kTagBytes;
-  if (element.type == kMatrixType) {
+  const uint64_t tag_begin = element.begin - kMatTagBytes;
+  if (element.type == kMatMatrixType) {
     const bool copied = ForEachChunk(
-        from, tag_begin, element.length + kTagBytes,
+        from, tag_begin, element.length + kMatTagBytes,
         [to](unsigned char* data, size_t size) { return std::fwrite(data, 1, size, to) == size; });
     if (!copied) return write_error;
     return Ok();
@@ -157,12 +102,12 @@ Status CopyElement(std::FILE* from, const Element& element, bool big_endian, std
   return Ok();
 }
 
-Status CopyPlain(std::FILE* from, const Contents& contents, const std::string& path,
+Status CopyPlain(std::FILE* from, const MatElements& contents, const std::string& path,
                  const std::string& copy_path) {
-  const File to = OpenFile(copy_path, "wbe");
-  bool written = to != nullptr &&
-                 std::fwrite(contents.header.data(), 1, kHeaderBytes, to.get()) == kHeaderBytes;
-  for (const Element& element : contents.elements) {
+  const CFile to = OpenCFile(copy_path, "wbe");
+  bool written = to != nullptr && std::fwrite(contents.header.data(), 1, kMatHeaderBytes,
+                                              to.get()) == kMatHeaderBytes;
+  for (const MatElement& element : contents.variables) {
     if (!written) break;
     const Status copied =
         CopyElement(from, element, contents.big_endian, to.get(), path, copy_path);
@@ -176,12 +121,13 @@ Status CopyPlain(std::FILE* from, const Contents& contents, const std::string& p
 }  // namespace
 
 Result<PlainMat> MakePlainMat(const std::string& path) {
-  const File file = OpenFile(path, "rbe");
+  const CFile file = OpenCFile(path, "rbe");
   if (file == nullptr) return Error{path + ": cannot open: " + std::strerror(errno)};
-  const auto contents = ListElements(file.get(), path);
+  const auto contents = ListMatVariables(file.get(), path);
   if (!contents) return contents.error();
   bool compressed = false;
-  for (const Element& element : contents->elements) compressed |= element.type == kCompressedType;
+  for (const MatElement& element : contents->variables)
+    compressed |= element.type == kMatCompressedType;
   if (!compressed) return PlainMat{path, false};
 
   std::error_code no_folder;
@@ -200,9 +146,9 @@ Result<PlainMat> MakePlainMat(const std::string& path) {
 }
 
 Status CheckMatIsWhole(const std::string& path) {
-  const File file = OpenFile(path, "rbe");
+  const CFile file = OpenCFile(path, "rbe");
   if (file == nullptr) return Error{path + ": cannot open: " + std::strerror(errno)};
-  const auto contents = ListElements(file.get(), path);
+  const auto contents = ListMatVariables(file.get(), path);
   if (!contents) return contents.error();
   return Ok();
 }
