@@ -157,7 +157,8 @@ std::string FormatGroundTruthCsv(const std::vector<TruthSample>& truth) {
   for (const TruthSample& sample : truth) {
     out += FormatSeconds(sample.t_ns);
     for (const double x : sample.world_from_body.translation()) out += "," + FormatNumber(x);
-    for (const double x : sample.world_from_body.rotation().coeffs()) out += "," + FormatNumber(x);
+    const Eigen::Vector4d q = sample.world_from_body.rotation().coeffs();
+    for (const double x : q) out += "," + FormatNumber(x);
     if (with_twist) {
       for (const double x : sample.twist->v_world) out += "," + FormatNumber(x);
       for (const double x : sample.twist->omega_body) out += "," + FormatNumber(x);
@@ -170,7 +171,8 @@ std::string FormatGroundTruthCsv(const std::vector<TruthSample>& truth) {
 std::string FormatTumLine(int64_t t_ns, const Pose& world_from_body) {
   std::string out = FormatSeconds(t_ns);
   for (const double x : world_from_body.translation()) out += " " + FormatNumber(x);
-  for (const double x : world_from_body.rotation().coeffs()) out += " " + FormatNumber(x);
+  const Eigen::Vector4d q = world_from_body.rotation().coeffs();  // rotation() is a temporary
+  for (const double x : q) out += " " + FormatNumber(x);
   return out + "\n";
 }
 
