@@ -27,6 +27,9 @@ struct DataSourceOptions {
   bool use_detections = false;
   /// With use_detections: images are still read where there are any (for the tracks).
   bool read_images = true;
+  /// Ids of the map: another one in a detections.csv is an error, told with its line. Empty: any is
+  /// taken.
+  std::vector<int> known_tag_ids;
 };
 
 /// A recording, streamed: frames come one at a time in order of time, images are read when asked

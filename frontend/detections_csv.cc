@@ -1,5 +1,6 @@
 #include "frontend/detections_csv.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace tagtwist {
@@ -29,7 +30,8 @@ std::string StampColumn(TimeUnit unit) { return unit == TimeUnit::kSeconds ? "t"
 
 }  // namespace
 
-Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit) {
+Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit,
+                                                         const std::vector<int>& known_ids) {
   const auto table = CsvTable::Read(path);
   if (!table) return table.error();
   const auto stamp_column = table->RequireColumns({StampColumn(unit)});
@@ -43,6 +45,10 @@ Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path
     if (!t_ns) return t_ns.error();
     auto tag = ReadTag(*table, row, *columns);
     if (!tag) return tag.error();
+    if (!known_ids.empty() &&
+        std::find(known_ids.begin(), known_ids.end(), tag->id) == known_ids.end()) {
+      return table->ErrorAt(row, "id: expected a tag of the map, got " + std::to_string(tag->id));
+    }
     if (out.empty() || *t_ns != out.back().t_ns) {
       if (!out.empty()) {
         if (const auto fault = StampFault(out.back().t_ns, *t_ns)) {

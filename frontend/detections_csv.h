@@ -16,9 +16,10 @@ struct StampedDetections {
 };
 
 /// Reads "t,id,u1,v1,...,u4,v4" (or "timestamp" in ns): corners p1..p4 in pixels, pixel centres at
-/// integers. Rows of a stamp stand together and stamps grow; ids may repeat and need not be in any
-/// map.
-Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit);
+/// integers. Rows of a stamp stand together and stamps grow; ids may repeat. Where `known_ids` has
+/// entries, another id is an error.
+Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit,
+                                                         const std::vector<int>& known_ids = {});
 
 /// The header line, and the rows of one stamp, numbers in the shortest form that reads back.
 std::string DetectionsCsvHeader(TimeUnit unit);

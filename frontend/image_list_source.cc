@@ -134,7 +134,7 @@ std::unique_ptr<DataSource> MakeImageListSource(ImageList list, const DataSource
 Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptions& options) {
   std::vector<StampedDetections> detections;
   if (options.use_detections) {
-    auto read = ReadDetectionsCsv(files.detections, files.unit);
+    auto read = ReadDetectionsCsv(files.detections, files.unit, options.known_tag_ids);
     if (!read) return read.error();
     detections = std::move(*read);
     std::error_code unknown;
