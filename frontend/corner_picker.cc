@@ -39,7 +39,9 @@ class Spacing {
   int Row(const Eigen::Vector2d& point) const {
     return std::clamp(static_cast<int>(point.y() / distance_px_), 0, rows_ - 1);
   }
-  size_t Index(int row, int column) const { return static_cast<size_t>(row * columns_ + column); }
+  size_t Index(int row, int column) const {
+    return static_cast<size_t>(row) * static_cast<size_t>(columns_) + static_cast<size_t>(column);
+  }
 
   double distance_px_;
   int columns_, rows_;
@@ -47,9 +49,9 @@ class Spacing {
 };
 
 size_t CellOf(const Eigen::Vector2d& point, const cv::Mat& image) {
-  const int columns = (image.cols - 1) / kCornerCellPx + 1;
-  return static_cast<size_t>(static_cast<int>(point.y()) / kCornerCellPx * columns +
-                             static_cast<int>(point.x()) / kCornerCellPx);
+  const auto columns = (static_cast<size_t>(image.cols) - 1) / kCornerCellPx + 1;
+  return static_cast<size_t>(point.y()) / kCornerCellPx * columns +
+         static_cast<size_t>(point.x()) / kCornerCellPx;
 }
 
 // Strongest first; the order is total, so that it does not depend on the sort.

@@ -78,7 +78,7 @@ std::optional<Pose> PoseFromHomography(const Eigen::Matrix3d& image_from_plane,
   frame << h.col(0), h.col(1), h.col(0).cross(h.col(1)) / scale;
   if (!(scale > 0) || !(frame.determinant() > 0)) return std::nullopt;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(frame, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV();
+  const Eigen::Matrix3d &u = svd.matrixU(), &v = svd.matrixV();
   const Eigen::Vector3d signs(1, 1, (u * v.transpose()).determinant());
   const Eigen::Matrix3d rotation = u * signs.asDiagonal() * v.transpose();
   return MakePose(Eigen::Quaterniond(rotation), h.col(2) / scale);

@@ -27,7 +27,7 @@ std::optional<Eigen::Matrix3d> PredictMotion(const std::vector<TagDetection>& la
     points.insert(points.end(), tag.corners.begin(), tag.corners.end());
   }
   if (points.size() < 8) return std::nullopt;
-  const auto now_from_last = FitHomography(last_points, points, /*normalise=*/true);
+  auto now_from_last = FitHomography(last_points, points, /*normalise=*/true);
   if (!now_from_last) return std::nullopt;
   constexpr double kMaxErrorPx = 2;
   for (size_t i = 0; i < points.size(); ++i) {
@@ -159,6 +159,7 @@ void KltTracker::Replenish(const cv::Mat& image) {
 
 void KltTracker::MarkOnTag(const std::vector<TagDetection>& tags) {
   std::vector<std::array<Eigen::Vector2d, 4>> outlines;
+  outlines.reserve(tags.size());
   for (const TagDetection& tag : tags) outlines.push_back(GrownOutline(tag, options_.tag_margin));
   for (TrackObservation& track : tracks_) {
     track.on_tag = std::any_of(outlines.begin(), outlines.end(),

@@ -148,6 +148,7 @@ std::vector<size_t> LargestTags(const View& view) {
   std::sort(by_size.begin(), by_size.end());
   by_size.resize(std::min(by_size.size(), static_cast<size_t>(view.options.max_candidate_tags)));
   std::vector<size_t> largest;
+  largest.reserve(by_size.size());
   for (const auto& entry : by_size) largest.push_back(entry.second);
   return largest;
 }

@@ -90,7 +90,7 @@ TEST(EstimateTwistRansac, TheSeedDecidesTheDraws) {
 }
 
 TEST(EstimateTwistRansac, SaysWhyThereIsNoTwist) {
-  const Scene scene = MakeScene(10, 0, 0);
+  const Scene scene = MakeScene(10, 0, 1e-9);
   const std::vector<FlowPoint> two(scene.flow.begin(), scene.flow.begin() + 2);
   const auto few = EstimateTwistRansac(two, {});
   EXPECT_FALSE(few.twist_of_cam_in_cam);
