@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
@@ -196,6 +197,27 @@ TEST(KltTracker, AnImageThatIsEmptyOrOfAnotherSizeEndsAllTracks) {
   EXPECT_GT(third.front().track_id, second.back().track_id);
   EXPECT_TRUE(tracker.Track(cv::Mat(240, 376, CV_8UC3, cv::Scalar::all(9)), {}).empty());
   EXPECT_TRUE(tracker.Track(cv::Mat(240, 376, CV_8UC1, cv::Scalar(128)), {}).empty());
+}
+
+TEST(KltTracker, TheNumberOfThreadsChangesNothing) {
+  const cv::Mat world = Texture(500, 400);
+  const int threads_before = cv::getNumThreads();
+  std::vector<std::vector<TrackObservation>> last;
+  for (const int threads : {1, 2, 4}) {
+    cv::setNumThreads(threads);
+    KltTracker tracker{KltOptions()};
+    tracker.Track(Shifted(world, 50, 60), {});
+    tracker.Track(Shifted(world, 56.5, 63), {});
+    last.push_back(tracker.Track(Shifted(world, 62, 69.25), {}));
+  }
+  cv::setNumThreads(threads_before);
+  for (const auto& tracks : last) {
+    ASSERT_EQ(tracks.size(), last[0].size());
+    for (size_t i = 0; i < tracks.size(); ++i) {
+      EXPECT_EQ(tracks[i].track_id, last[0][i].track_id);
+      EXPECT_EQ(tracks[i].pixel, last[0][i].pixel);
+    }
+  }
 }
 
 TEST(KltTracker, TagsSaySoAndPredictALargeMotion) {

@@ -58,6 +58,27 @@ TEST(SeedPose, SurvivesAWrongIdAmongThreeTags) {
   }
 }
 
+// Small tags: the better of a single tag's minima is often the wrong one, so both must be tried.
+TEST(SeedPose, SurvivesAWrongIdAmongThreeSmallTags) {
+  const Camera camera;
+  const Pose cam_from_world =
+      MakePose(ExpSo3({M_PI, 0, 0}) * ExpSo3({0.4, 0.2, 0}), {-0.6, 0.6, 3.5});
+  int n_right = 0;
+  constexpr int kRounds = 100;
+  for (unsigned round = 1; round <= kRounds; ++round) {
+    const auto all = SeeTags(Mat(), camera, cam_from_world, 0.3, round);
+    const size_t n = all.size() / 3;
+    std::vector<TagDetection> tags = {all[round % n], all[n + 7 * round % n],
+                                      all[2 * n + 3 * round % n]};
+    const size_t wrong = round % 3;
+    tags[wrong].id = (tags[wrong].id + 31 + static_cast<int>(round % 40)) % 108;
+    std::vector<bool> expected(3, true);
+    expected[wrong] = false;
+    n_right += SeedPose(tags, Mat(), camera, Pose()).tag_inlier == expected ? 1 : 0;
+  }
+  EXPECT_GE(n_right, kRounds - 1);
+}
+
 TEST(SeedPose, FindsTheLargestAgreementAmongManyWrongIds) {
   const Camera camera;
   const Pose world_from_body = Hover({1.5, 1.3, 2.2}, 1.0);
@@ -95,6 +116,34 @@ TEST(SeedPose, OneSmallTagKeepsBothMinima) {
   }
   EXPECT_GE(n_both, 14);
   EXPECT_GE(n_truth_kept, 19);
+}
+
+TEST(SeedPose, TwoDistantTagsKeepBothMinimaToo) {
+  const Camera camera;
+  const Pose cam_from_world =
+      MakePose(ExpSo3({M_PI, 0, 0}) * ExpSo3({0.3, 0.15, 0}), {-0.2, 0.2, 4});
+  int n_both = 0;
+  for (unsigned noise_seed = 1; noise_seed <= 10; ++noise_seed) {
+    const auto tags = Only(SeeTags(Mat(), camera, cam_from_world, 0.3, noise_seed), {13, 14});
+    ASSERT_EQ(tags.size(), 2u);
+    const PoseSeed seed = SeedPose(tags, Mat(), camera, Pose());
+    EXPECT_EQ(seed.tag_inlier, std::vector<bool>(2, true));
+    n_both += seed.alternatives.empty() ? 0 : 1;
+  }
+  EXPECT_GE(n_both, 7);
+}
+
+TEST(SeedPose, LeavesOutATagThatWasMovedByAThirdOfItsSide) {
+  const Camera camera;
+  const Pose world_from_body = Hover({1.5, 1.3, 1.6}, 0.4);
+  auto tags = SeeTags(Mat(), camera, CourseCamFromBody() * Inverse(world_from_body), 0.2);
+  ASSERT_GE(tags.size(), 6u);
+  for (auto& corner : tags[3].corners) corner += Eigen::Vector2d(7, 7);
+  const PoseSeed seed = SeedPose(tags, Mat(), camera, CourseCamFromBody());
+  std::vector<bool> expected(tags.size(), true);
+  expected[3] = false;
+  EXPECT_EQ(seed.tag_inlier, expected);
+  EXPECT_LT(seed.rms_px, 0.4);
 }
 
 TEST(SeedPose, ManyTagsAtATiltLeaveNoAlternative) {
