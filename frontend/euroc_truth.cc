@@ -57,6 +57,7 @@ Status FillRates(const CsvTable& table, const EurocColumns& columns,
                  const std::vector<ImuSample>& imu, std::vector<TruthSample>* truth) {
   const std::vector<Eigen::Vector3d> differences = DifferentiateAttitude(*truth);
   std::vector<int64_t> imu_stamps_ns;
+  imu_stamps_ns.reserve(imu.size());
   for (const ImuSample& sample : imu) imu_stamps_ns.push_back(sample.t_ns);
   for (size_t row = 0; row < truth->size(); ++row) {
     TruthSample& sample = (*truth)[row];

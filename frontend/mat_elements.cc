@@ -14,6 +14,15 @@ uint32_t MatUint32(const unsigned char* bytes, bool big_endian) {
   return value;
 }
 
+namespace {
+
+// "a.mat: truncated: ... at byte 128"
+Error ByteError(const std::string& path, const std::string& fault, uint64_t at) {
+  return Error{path + ": " + fault + " at byte " + std::to_string(at)};
+}
+
+}  // namespace
+
 Result<MatElements> ListMatVariables(std::FILE* file, const std::string& path) {
   MatElements out;
   if (std::fseek(file, 0, SEEK_END) != 0) return Error{path + ": cannot read"};
@@ -25,20 +34,17 @@ Result<MatElements> ListMatVariables(std::FILE* file, const std::string& path) {
   out.big_endian = out.header[126] == 'M';
   for (uint64_t at = kMatHeaderBytes; at < file_bytes;) {
     std::array<unsigned char, kMatTagBytes> tag;
-    const std::string place = " at byte " + std::to_string(at);
     if (std::fseek(file, static_cast<long>(at), SEEK_SET) != 0 ||
         std::fread(tag.data(), 1, kMatTagBytes, file) != kMatTagBytes) {
-      return Error{path + ": truncated: no whole variable" + place};
+      return ByteError(path, "truncated: no whole variable", at);
     }
     const MatElement element{MatUint32(tag.data(), out.big_endian), at + kMatTagBytes,
                              MatUint32(tag.data() + 4, out.big_endian)};
     if (element.type != kMatMatrixType && element.type != kMatCompressedType) {
-      return Error{path + ": damaged: no variable" + place};
+      return ByteError(path, "damaged: no variable", at);
     }
     if (element.length > file_bytes - std::min(file_bytes, element.begin)) {
-      return Error{path + ": truncated: the variable" + place + " has " +
-                   std::to_string(element.length) + " bytes, the file ends after " +
-                   std::to_string(file_bytes - element.begin)};
+      return ByteError(path, "truncated: the file ends inside the variable", at);
     }
     out.variables.push_back(element);
     at = element.begin + element.length;

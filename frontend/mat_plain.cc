@@ -109,8 +109,7 @@ Status CopyPlain(std::FILE* from, const MatElements& contents, const std::string
                                               to.get()) == kMatHeaderBytes;
   for (const MatElement& element : contents.variables) {
     if (!written) break;
-    const Status copied =
-        CopyElement(from, element, contents.big_endian, to.get(), path, copy_path);
+    Status copied = CopyElement(from, element, contents.big_endian, to.get(), path, copy_path);
     if (!copied) return copied;
   }
   written = written && std::fflush(to.get()) == 0;

@@ -6,6 +6,15 @@
 #include "frontend/vicon.h"
 
 namespace tagtwist {
+namespace {
+
+// "a.mat: time(3): fault", packets and columns counted from 1.
+Error ElementError(const std::string& path, const std::string& element, size_t index,
+                   const std::string& fault) {
+  return Error{path + ": " + element + std::to_string(index + 1) + "): " + fault};
+}
+
+}  // namespace
 
 std::optional<int64_t> NanosecondsFromMat(double seconds) {
   if (!(std::abs(seconds) < 9e9)) return std::nullopt;
@@ -17,7 +26,7 @@ Result<std::vector<TruthSample>> TruthFromMat(MatFile* file, const std::string& 
   if (!time) return time.error();
   const auto vicon = file->ReadVariable("vicon");
   if (!vicon) return vicon.error();
-  if (!*vicon) return std::vector<TruthSample>{};
+  if (!*vicon || (*vicon)->size() == 0) return std::vector<TruthSample>{};
   if (!*time) return Error{path + ": vicon without the variable 'time'"};
   const std::vector<double> seconds = (*time)->ToNumbers(), values = (*vicon)->ToNumbers();
   const size_t n = seconds.size();
@@ -28,18 +37,17 @@ Result<std::vector<TruthSample>> TruthFromMat(MatFile* file, const std::string& 
   std::vector<TruthSample> truth;
   truth.reserve(n);
   for (size_t i = 0; i < n; ++i) {
-    const std::string column = "(" + std::to_string(i + 1) + "): ";
     const auto t_ns = NanosecondsFromMat(seconds[i]);
     if (!t_ns) {
-      return Error{path + ": time" + column + "expected a time in seconds, got " +
-                   FormatNumber(seconds[i])};
+      const std::string got = FormatNumber(seconds[i]);
+      return ElementError(path, "time(", i, "expected a time in seconds, got " + got);
     }
     if (!truth.empty()) {
       const auto fault = StampFault(truth.back().t_ns, *t_ns);
-      if (fault) return Error{path + ": time" + column + *fault};
+      if (fault) return ElementError(path, "time(", i, *fault);
     }
     const ViconColumn state(values.data() + 12 * i);
-    if (!state.allFinite()) return Error{path + ": vicon(:," + column.substr(1) + "not finite"};
+    if (!state.allFinite()) return ElementError(path, "vicon(:,", i, "not finite");
     truth.push_back(TruthFromVicon(*t_ns, state));
   }
   return truth;

@@ -32,8 +32,8 @@ using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 matvar_t* MakeNumbers(const char* name, size_t rows, size_t columns,
                       const std::vector<double>& values) {
   std::array<size_t, 2> dims = {rows, columns};
-  static const double kNone = 0;  // matio copies nothing, but asks for an address
-  const double* const data = values.empty() ? &kNone : values.data();
+  static const double none = 0;  // matio copies nothing, but asks for an address
+  const double* const data = values.empty() ? &none : values.data();
   return Mat_VarCreate(name, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims.data(), const_cast<double*>(data),
                        0);
 }

@@ -87,10 +87,13 @@ class MatSource : public ::testing::Test {
   MatBuilder builder_;
 };
 
+constexpr std::array<std::pair<bool, mat_ft>, 4> kKinds = {
+    {{true, MAT_FT_MAT5}, {false, MAT_FT_MAT5}, {true, MAT_FT_MAT73}, {false, MAT_FT_MAT73}}};
+
 TEST_F(MatSource, ReadsPackets) {
-  for (const bool compressed : {true, false}) {
+  for (const auto& [compressed, version] : kKinds) {
     builder_.AddPackets({Packet(0.5), Packet(0.75, 0), Packet(1, 1)});
-    builder_.Write(path_, compressed);
+    builder_.Write(path_, compressed, version);
     const auto frames = Frames();
     ASSERT_EQ(frames.size(), 3u);
     EXPECT_EQ(frames[0].t_ns, 500'000'000);
@@ -108,8 +111,20 @@ TEST_F(MatSource, ReadsPackets) {
 }
 
 TEST_F(MatSource, OnePacketIsAScalarStruct) {
-  Write({Packet(0.5)});
-  EXPECT_EQ(Frames().size(), 1u);
+  for (const auto& [compressed, version] : kKinds) {
+    builder_.AddPackets({Packet(0.5)});
+    builder_.Add(M::Numbers(1, 2, {0, 1}, "time"));
+    builder_.Add(M::Numbers(12, 2, {1, 2, 3, 0, 0, 0, 7}, "vicon"));
+    builder_.Write(path_, compressed, version);
+    const auto source = OpenDataSource(path_, UseDetections());
+    ASSERT_TRUE(source) << source.error().message;
+    const auto frames = ReadAllFrames(source->get());
+    ASSERT_EQ(frames.size(), 1u);
+    EXPECT_EQ(frames[0].detections.size(), 2u);
+    EXPECT_EQ(frames[0].image.size(), cv::Size(3, 2));
+    ASSERT_EQ((*source)->ground_truth().size(), 2u);
+    EXPECT_EQ((*source)->ground_truth()[0].twist->v_world.x(), 7.0);
+  }
 }
 
 TEST_F(MatSource, TakesIdsOfAnyShapeAndClass) {
@@ -275,6 +290,27 @@ TEST_F(MatSource, EveryTruncationIsRefused) {
     }
     EXPECT_LE(variable_ends, 2u);
   }
+}
+
+TEST_F(MatSource, Hdf5FaultsAreToldInOneLine) {
+  builder_.AddPackets({Without(Packet(0.5), "t")});
+  builder_.Write(path_, true, MAT_FT_MAT73);
+  EXPECT_EQ(Fault(), "data: missing field 't'");
+  builder_.AddPackets({Packet(0.5), With(Packet(1), "img", M::Text("ab"))});
+  builder_.Write(path_, true, MAT_FT_MAT73);
+  EXPECT_EQ(Frames().at(1).image_problem, "img: expected an image of bytes, got not a real array");
+  const std::string whole = ReadText(path_);
+  ::testing::internal::CaptureStderr();
+  for (size_t size = 600; size < whole.size(); size += whole.size() / 20) {
+    WriteText(path_, whole.substr(0, size));
+    EXPECT_EQ(Fault(), "truncated or damaged: no whole HDF5 file") << size;
+  }
+  WriteText(path_, whole.substr(0, 512) + std::string(5000, 'x'));
+  EXPECT_EQ(Fault(), "truncated or damaged: no whole HDF5 file");
+  builder_.Add(M::Numbers(1, 1, {0}, "data"));
+  builder_.Write(path_, true, MAT_FT_MAT73);
+  EXPECT_EQ(Fault(), "no struct variable 'data'");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << "HDF5 prints unless told not to";
 }
 
 TEST_F(MatSource, FlippedBytesNeverCrash) {
