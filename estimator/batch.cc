@@ -31,7 +31,7 @@ BatchEstimator::BatchEstimator(EstimatorSetup setup)
       segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
 
 void BatchEstimator::Add(FrameMeasurements measurement) {
-  segmenter_.Add(measurement.tracks);
+  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
   n_tracks_.push_back(static_cast<int>(measurement.tracks.size()));
   measurement.tracks = {};
   measurements_.push_back(std::move(measurement));
@@ -49,8 +49,10 @@ Result<BatchResult> BatchEstimator::Solve() const {
   const SolveOptions options{setup_.options.max_iterations};
   auto solution = SolveAndLearn(setup_, options, &input, &out.noise);
   if (!solution) return solution.error();
-  if (const int dropped = DropContradictedTags(solution->graph, &input.frames); dropped > 0) {
-    out.warnings.push_back(std::to_string(dropped) + " tag observations contradict the others");
+  if (const auto wrong = ContradictedTags(solution->graph); !wrong.empty()) {
+    out.warnings.push_back(std::to_string(wrong.size()) +
+                           " tag observations contradict the others and are left out");
+    DropTags(wrong, &input.frames);
     solution = SolveAndLearn(setup_, options, &input, &out.noise);
     if (!solution) return solution.error();
   }

@@ -28,7 +28,7 @@ struct FrameEstimate {
 
 /// Noise that the estimate was made with. Densities are those of white noise on acceleration.
 struct NoiseModel {
-  double corner_sigma_px = 0.2;     // one corner coordinate
+  double corner_sigma_px = 0.5;     // one corner coordinate
   double track_sigma_px = 0.3;      // one track coordinate
   double accel_psd = 1.0;           // [(m/s^2)^2/Hz]
   double angular_accel_psd = 10.0;  // [(rad/s^2)^2/Hz]

@@ -89,6 +89,23 @@ std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
   return (origin + depth * direction).head<2>();
 }
 
+// A segment's point as its views say it from the states' poses: the median of each coordinate.
+std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const Graph& graph,
+                                              int first_state, const TrackSegment& segment) {
+  std::vector<double> x, y;
+  for (size_t k = 0; k < segment.pixels.size(); ++k) {
+    const Pose& pose = graph.states[static_cast<size_t>(first_state) + k].pose;
+    const auto point = PointOnPlane(setup, pose, *setup.world_from_plane, segment.pixels[k]);
+    if (!point) return std::nullopt;
+    x.push_back(point->x());
+    y.push_back(point->y());
+  }
+  const auto middle = static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), x.begin() + middle, x.end());
+  std::nth_element(y.begin(), y.begin() + middle, y.end());
+  return Eigen::Vector2d(x[x.size() / 2], y[y.size() / 2]);
+}
+
 void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& input,
                Graph* graph) {
   const std::optional<Pose>& plane = setup.world_from_plane;
@@ -101,8 +118,7 @@ void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& i
       continue;
     }
     const int first = segment.first_frame - input.first_frame;
-    const auto point = PointOnPlane(setup, graph->states[static_cast<size_t>(first)].pose, *plane,
-                                    segment.pixels.front());
+    const auto point = PointOfSegment(setup, *graph, first, segment);
     if (!point) continue;
     const BlockRef point_ref{BlockRef::Kind::kPoint, static_cast<int>(graph->points.size())};
     graph->points.push_back(*point);

@@ -11,8 +11,8 @@ namespace {
 
 // Median of chi-square with 8 degrees of freedom, and its 0.9999 quantile.
 constexpr double kMedianChi2Of8 = 7.344, kInlierChi2Of8 = 31.83;
-// 0.99 quantile with 2 degrees of freedom.
-constexpr double kInlierChi2Of2 = 9.21;
+// 0.99 quantile with 2 degrees of freedom, and the mean below it against the whole mean.
+constexpr double kInlierChi2Of2 = 9.21, kInlierMeanOf2 = 0.9535;
 
 double Median(std::vector<double>* values) {
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
@@ -127,7 +127,8 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
   // The point takes two degrees of freedom; the poses, shared by many points, next to none.
   for (size_t i = 0; i < views.size(); ++i) {
     if (views[i] < 2) continue;
-    out.track += {sums[i] * noise.track_sigma_px * noise.track_sigma_px, 2.0 * views[i] - 2.0};
+    out.track += {sums[i] * noise.track_sigma_px * noise.track_sigma_px,
+                  kInlierMeanOf2 * (2.0 * views[i] - 2.0)};
   }
   return out;
 }
@@ -161,6 +162,34 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
     out.angular_accel_psd = Updated(noise.angular_accel_psd, statistics.angular_accel, 1e-8, 1e6);
   }
   out.source = Source(options, "learned");
+  return out;
+}
+
+NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& updated) {
+  const auto logs = [](const NoiseModel& m) {
+    return std::array<double, 4>{std::log(m.corner_sigma_px), std::log(m.track_sigma_px),
+                                 std::log(m.accel_psd), std::log(m.angular_accel_psd)};
+  };
+  const std::array<double, 4> from = logs(before), to = logs(updated);
+  std::array<double, 4> step{}, extra{};
+  for (size_t i = 0; i < 4; ++i) step[i] = to[i] - from[i];
+  if (!last_step_) {
+    last_step_ = step;
+    return updated;
+  }
+  for (size_t i = 0; i < 4; ++i) {
+    const double shrink = (*last_step_)[i] == 0 ? 0 : step[i] / (*last_step_)[i];
+    // Only a steady geometric approach is carried on, and not beyond what can be believed.
+    if (shrink > 0.1 && shrink < 0.9) {
+      extra[i] = std::clamp(step[i] * shrink / (1 - shrink), -2.0, 2.0);
+    }
+  }
+  last_step_.reset();
+  NoiseModel out = updated;
+  out.corner_sigma_px *= std::exp(extra[0]);
+  out.track_sigma_px *= std::exp(extra[1]);
+  out.accel_psd *= std::exp(extra[2]);
+  out.angular_accel_psd *= std::exp(extra[3]);
   return out;
 }
 

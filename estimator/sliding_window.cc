@@ -49,16 +49,31 @@ std::optional<GraphFrame> SlidingWindow::MakeFrame(const FrameMeasurements& meas
   return frame;
 }
 
-Result<Solution> SlidingWindow::SolveWindow() {
+Status SlidingWindow::SolveWindow() {
+  input_.segments = segmenter_.segments();
   const SolveOptions options{setup_.options.window_iterations, 1e-6};
   const bool full = static_cast<int>(input_.frames.size()) == setup_.options.window_frames;
-  if (full && !has_learned_) {
-    has_learned_ = true;
-    return SolveAndLearn(setup_, options, &input_, &noise_);
-  }
-  auto solution = SolveAndInvert(setup_, noise_, input_, options);
-  if (solution) TakeStates(solution->graph, &input_.frames);
-  return solution;
+  const bool learn = full && !has_learned_;
+  auto solution = learn ? SolveAndLearn(setup_, options, &input_, &noise_)
+                        : SolveAndInvert(setup_, noise_, input_, options);
+  if (!solution) return solution.error();
+  has_learned_ = has_learned_ || learn;
+  TakeStates(solution->graph, &input_.frames);
+  solution_ = std::move(*solution);
+  return Ok();
+}
+
+int SlidingWindow::DropContradicted() {
+  if (!has_learned_) return 0;  // the noise is a guess yet
+  segmenter_.Reject(ContradictedSegments(solution_->graph, input_.segments.size()));
+  const std::vector<TagRef> wrong = ContradictedTags(solution_->graph);
+  size_t n_newest = 0;
+  const int newest = static_cast<int>(input_.frames.size()) - 1;
+  for (const TagRef& ref : wrong) n_newest += ref.state == newest ? 1 : 0;
+  // Where most tags of the newest frame disagree, its state is wrong rather than they.
+  if (2 * n_newest > input_.frames.back().tags.size()) return 0;
+  DropTags(wrong, &input_.frames);
+  return static_cast<int>(wrong.size());
 }
 
 FrameEstimate SlidingWindow::EstimateOf(int state) const {
@@ -85,7 +100,7 @@ void SlidingWindow::MarginalizeOldest() {
 
 Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
   WindowOutput out;
-  segmenter_.Add(measurement.tracks);
+  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
   const int n_tracks = static_cast<int>(measurement.tracks.size());
   auto frame = MakeFrame(measurement);
   if (!frame) {
@@ -99,10 +114,11 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
   input_.frames.push_back(std::move(*frame));
   closed_forms_.push_back(measurement.closed_form);
   n_tracks_.push_back(n_tracks);
-  input_.segments = segmenter_.segments();
-  auto solution = SolveWindow();
-  if (!solution) return solution.error();
-  solution_ = std::move(*solution);
+  if (const auto solved = SolveWindow(); !solved) return solved.error();
+  out.dropped_tags = DropContradicted();
+  if (out.dropped_tags > 0) {
+    if (const auto solved = SolveWindow(); !solved) return solved.error();
+  }
 
   const int newest = static_cast<int>(input_.frames.size()) - 1;
   out.current = EstimateOf(newest);

@@ -34,7 +34,8 @@ class SlidingWindow {
 
  private:
   std::optional<GraphFrame> MakeFrame(const FrameMeasurements& measurement) const;
-  Result<Solution> SolveWindow();
+  Status SolveWindow();
+  int DropContradicted();
   FrameEstimate EstimateOf(int state) const;
   void LearnFromLeavingState();
   void MarginalizeOldest();

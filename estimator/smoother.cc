@@ -6,6 +6,20 @@
 #include "estimator/linear_system.h"
 
 namespace tagtwist {
+namespace {
+
+// A measurement whose Huber weight is below this contradicts the rest.
+constexpr double kLeastWeight = 0.6;
+
+void DropSegments(const std::vector<bool>& drop, GraphInput* input) {
+  std::vector<TrackSegment> kept;
+  for (size_t s = 0; s < drop.size(); ++s) {
+    if (!drop[s]) kept.push_back(std::move(input->segments[s]));
+  }
+  input->segments = std::move(kept);
+}
+
+}  // namespace
 
 Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& noise,
                                 const GraphInput& input, const SolveOptions& options) {
@@ -22,10 +36,11 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
 Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
                                GraphInput* input, NoiseModel* noise) {
   constexpr int kMaxRounds = 20;
-  constexpr double kSettled = 0.01;  // relative change of a standard deviation
+  constexpr double kSettled = 0.005;  // relative change of a standard deviation
   SolveOptions coarse = options;
-  coarse.function_tolerance = std::max(options.function_tolerance, 1e-6);
+  coarse.function_tolerance = std::max(options.function_tolerance, 1e-4);
   const StateRange all{0, static_cast<int>(input->frames.size())};
+  NoiseExtrapolation extrapolation;
   double change = 1;
   for (int round = 0; round < kMaxRounds && change >= kSettled; ++round) {
     const auto solution = SolveAndInvert(setup, *noise, *input, coarse);
@@ -35,29 +50,42 @@ Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& 
         *noise, ComputeNoiseStatistics(solution->graph, solution->covariance, *noise, all),
         setup.options);
     change = NoiseChange(updated, *noise);
-    *noise = updated;
+    DropSegments(ContradictedSegments(solution->graph, input->segments.size()), input);
+    *noise = extrapolation.Next(*noise, updated);
   }
   auto solution = SolveAndInvert(setup, *noise, *input, options);
   if (solution) TakeStates(solution->graph, &input->frames);
   return solution;
 }
 
-int DropContradictedTags(const Graph& graph, std::vector<GraphFrame>* frames) {
-  constexpr double kLeastWeight = 0.5;
-  std::vector<std::pair<int, int>> dropped;  // state, tag of its frame
+std::vector<TagRef> ContradictedTags(const Graph& graph) {
+  std::vector<TagRef> out;
   LinearFactor linear;
   for (const Factor& factor : graph.factors) {
     if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
-    if (linear.weight < kLeastWeight) {
-      dropped.emplace_back(factor.blocks.front().index, factor.source);
-    }
+    if (linear.weight < kLeastWeight) out.push_back({factor.blocks.front().index, factor.source});
   }
-  std::sort(dropped.rbegin(), dropped.rend());  // from the back, so that indices stay true
-  for (const auto& [state, tag] : dropped) {
-    auto& tags = (*frames)[static_cast<size_t>(state)].tags;
-    tags.erase(tags.begin() + tag);
+  return out;
+}
+
+void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames) {
+  std::sort(tags.begin(), tags.end(), [](const TagRef& a, const TagRef& b) {
+    return a.state != b.state ? a.state > b.state : a.tag > b.tag;  // from the back of each frame
+  });
+  for (const TagRef& ref : tags) {
+    auto& of_frame = (*frames)[static_cast<size_t>(ref.state)].tags;
+    of_frame.erase(of_frame.begin() + ref.tag);
   }
-  return static_cast<int>(dropped.size());
+}
+
+std::vector<bool> ContradictedSegments(const Graph& graph, size_t n) {
+  std::vector<bool> out(n, false);
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTrack || !LinearizeFactor(graph, factor, &linear)) continue;
+    if (linear.weight < kLeastWeight) out[static_cast<size_t>(factor.source)] = true;
+  }
+  return out;
 }
 
 FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,

@@ -21,13 +21,21 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
                                 const GraphInput& input, const SolveOptions& options);
 
 /// SolveAndInvert again and again, the noise updated in between until it settles; starts from
-/// input's states and `noise`, leaves the last states and noise there.
+/// input's states and `noise`, leaves the last states and noise there. Track segments that a round
+/// contradicts are taken out of the input.
 Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
                                GraphInput* input, NoiseModel* noise);
 
-/// Takes out of the frames the tags that the solution contradicts (their Huber weight is below a
-/// half), and returns how many.
-int DropContradictedTags(const Graph& graph, std::vector<GraphFrame>* frames);
+/// Tags that the solution contradicts (Huber weight below 0.6), as state and index in its frame.
+struct TagRef {
+  int state = 0, tag = 0;
+};
+std::vector<TagRef> ContradictedTags(const Graph& graph);
+/// Takes those tags out of their frames.
+void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames);
+
+/// Which of n segments the solution contradicts in some view: a moving object, a slipped track.
+std::vector<bool> ContradictedSegments(const Graph& graph, size_t n);
 
 /// A frame of the result.
 FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,

@@ -6,6 +6,9 @@
 namespace tagtwist {
 namespace {
 
+// Tracks that a tag makes up for.
+constexpr int kTracksPerTag = 4;
+
 // A scattered order of ids: neighbours in the image, born together, do not stay together.
 uint64_t Scatter(int64_t id) { return static_cast<uint64_t>(id) * 0x9E3779B97F4A7C15ULL; }
 
@@ -18,8 +21,10 @@ int SegmentLimit(const TrackSegment& segment, int segment_frames) {
 
 }  // namespace
 
-void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks) {
+void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags) {
   const int frame = next_frame_++;
+  const int most = options_.max_tracks_per_frame;
+  const int budget = std::max(most / 4, most - kTracksPerTag * n_tags);
   std::map<int64_t, size_t> still_open;
   std::vector<const TrackObservation*> fresh;
   int n_used = 0;
@@ -42,12 +47,21 @@ void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks) {
     return Scatter(a->track_id) < Scatter(b->track_id);
   });
   for (const TrackObservation* track : fresh) {
-    if (n_used >= options_.max_tracks_per_frame) break;
+    if (n_used >= budget) break;
     still_open.emplace(track->track_id, segments_.size());
     segments_.push_back({track->track_id, frame, {track->pixel}});
     ++n_used;
   }
   open_ = std::move(still_open);
+}
+
+void TrackSegmenter::Reject(const std::vector<bool>& rejected) {
+  for (size_t i = 0; i < rejected.size(); ++i) {
+    if (!rejected[i]) continue;
+    segments_[i].pixels.clear();
+    const auto it = open_.find(segments_[i].track_id);
+    if (it != open_.end() && it->second == i) open_.erase(it);
+  }
 }
 
 void TrackSegmenter::DropBefore(int first_frame) {

@@ -17,8 +17,8 @@ struct TrackSegment {
 };
 
 struct TrackSegmentOptions {
-  int max_tracks_per_frame = 40;
-  int segment_frames = 6;  // >= 2
+  int max_tracks_per_frame = 40;  // where there is no tag; a quarter of it at least elsewhere
+  int segment_frames = 6;         // >= 2
 };
 
 /// Chooses the tracks that enter the graph and cuts them into short pieces, each with a point of
@@ -29,12 +29,14 @@ class TrackSegmenter {
  public:
   explicit TrackSegmenter(const TrackSegmentOptions& options) : options_(options) {}
 
-  /// Takes the next frame's tracks (those off the tags count), sorted by id. Views of one frame are
-  /// added to open segments or begin new ones.
-  void Add(const std::vector<TrackObservation>& tracks);
+  /// Takes the next frame's tracks (those off the tags count), sorted by id: they go on with open
+  /// segments or begin new ones. Four fewer begin for every tag in view, which says more.
+  void Add(const std::vector<TrackObservation>& tracks, int n_tags);
 
-  /// All segments that end at or after `first_frame`, in order of their beginning.
+  /// In order of their beginning.
   const std::vector<TrackSegment>& segments() const { return segments_; }
+  /// Empties those segments whose flag is set; their tracks may begin new ones.
+  void Reject(const std::vector<bool>& rejected);
   /// Forgets the segments that begin before `first_frame`.
   void DropBefore(int first_frame);
 
