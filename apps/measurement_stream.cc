@@ -47,6 +47,13 @@ Status MeasurementStream::FillQueue() {
       at_end_ = true;
       break;
     }
+    const cv::Mat& image = (*frame)->image;
+    const Camera& camera = config_->camera;
+    if (!image.empty() && (image.cols != camera.width || image.rows != camera.height)) {
+      return Error{(*frame)->name + ": the image has " + std::to_string(image.cols) + " x " +
+                   std::to_string(image.rows) + " px, the configured camera " +
+                   std::to_string(camera.width) + " x " + std::to_string(camera.height)};
+    }
     const TagDetector* const detector = &detectors_[next_detector_];
     next_detector_ = (next_detector_ + 1) % detectors_.size();
     queue_.push_back(std::async(policy, [frame = std::move(**frame), detector,

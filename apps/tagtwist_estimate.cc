@@ -1,66 +1,73 @@
-#include <gflags/gflags.h>
 #include <glog/logging.h>
+#include <sys/resource.h>
 
 #include <iostream>
 #include <opencv2/core/utility.hpp>
-#include <thread>
 
-#include "apps/run_estimate.h"
-#include "apps/usage.h"
+#include "apps/estimate_flags.h"
+#include "apps/stopwatch.h"
+#include "estimator/result_writer.h"
 #include "frontend/ground_truth_io.h"
 
-DEFINE_string(dataset, "", "Recording: a course .mat, an EuRoC/ASL folder, or a plain folder.");
-DEFINE_string(config, "", "Camera, mount, tag map and options (YAML); the course's when not given.");
-DEFINE_string(output, "results", "Folder to write to; made when it is missing.");
-DEFINE_bool(sliding_window, false, "Online mode: a fixed-lag window instead of one batch.");
-DEFINE_bool(use_detections, false, "Tag corners come from the data set, not from its images.");
-DEFINE_bool(tracks, true, "Follow points through the images, where there are any.");
-DEFINE_string(ground_truth, "", "Poses to compare with: CSV, TUM, EuRoC or course .mat.");
-DEFINE_bool(write_covariance, false, "Also write covariance.csv: 12 x 12 for every frame.");
-DEFINE_int32(threads, 0, "Threads for the images; 0: one a core. Results do not depend on it.");
-DEFINE_int32(window_frames, 0, "Frames in the window; 0: as configured.");
-DEFINE_double(corner_sigma_px, 0, "Noise of a corner coordinate [px]; 0: as configured, or learned.");
-DEFINE_double(track_sigma_px, 0, "Noise of a track coordinate [px]; 0: likewise.");
-DEFINE_double(accel_psd, 0, "Density of acceleration noise [(m/s^2)^2/Hz]; 0: likewise.");
-DEFINE_double(angular_accel_psd, 0, "Density of angular acceleration noise [(rad/s^2)^2/Hz]; 0: likewise.");
+namespace tagtwist {
+namespace {
 
-using namespace tagtwist;
+double PeakRssMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux counts KiB
+}
+
+DataSourceOptions SourceOptions(const EstimateJob& job, const TagMap& map) {
+  DataSourceOptions options{job.run.use_detections, job.read_images, {}};
+  for (const Tag& tag : map.tags()) options.known_tag_ids.push_back(tag.id);
+  return options;
+}
+
+// Everything between the flags and the last line printed.
+Status Run(const EstimateJob& job, const Config& config) {
+  const Stopwatch watch;
+  if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
+  auto source = OpenDataSource(job.dataset, SourceOptions(job, config.map));
+  if (!source) return source.error();
+  ResultContext context;
+  context.truth = (*source)->ground_truth();
+  if (!job.ground_truth.empty()) {
+    auto truth = ReadGroundTruth(job.ground_truth);
+    if (!truth) return truth.error();
+    context.truth = std::move(*truth);
+  }
+  const auto estimate = RunEstimate(job.dataset, source->get(), config, job.run);
+  if (!estimate) return estimate.error();
+  for (const std::string& warning : estimate->warnings) {
+    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
+  }
+  context.rows = CompareMethods(*estimate, context.truth, {});
+  context.map = config.map;
+  context.write_covariance = job.write_covariance;
+  context.facts = {job.dataset, 1e-3 * watch.ElapsedMs(), PeakRssMib()};
+  if (const auto written = WriteResults(job.output, *estimate, context); !written) return written;
+  std::cout << FormatComparisonTable(context.rows) << "\nreport: " << job.output
+            << "/report.html\n";
+  return Ok();
+}
+
+}  // namespace
+}  // namespace tagtwist
+
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
-  const Usage usage{"tagtwist_estimate", "--dataset PATH [options]", "x", {}, 0};
-  ParseFlagsOrExit2(argc, argv, usage);
-  auto config = FLAGS_config.empty() ? Result<Config>(DefaultConfig()) : LoadConfig(FLAGS_config);
-  if (!config) return Fail(usage, config.error().message);
-  cv::setNumThreads(1);
-  if (FLAGS_accel_psd > 0) config->estimator.accel_psd = FLAGS_accel_psd;
-  if (FLAGS_angular_accel_psd > 0) config->estimator.angular_accel_psd = FLAGS_angular_accel_psd;
-  auto source = OpenDataSource(FLAGS_dataset, {FLAGS_use_detections, FLAGS_tracks});
-  if (!source) return Fail(usage, source.error().message);
-  RunOptions options;
-  options.sliding_window = FLAGS_sliding_window;
-  options.use_detections = FLAGS_use_detections;
-  options.threads = FLAGS_threads > 0 ? FLAGS_threads : static_cast<int>(std::thread::hardware_concurrency());
-  auto e = RunEstimate(FLAGS_dataset, source->get(), *config, options);
-  if (!e) return Fail(usage, e.error().message);
-  for (auto& w : e->warnings) std::cerr << "warning: " << w << "\n";
-  std::vector<double> rp = e->reprojection_px; std::sort(rp.begin(), rp.end());
-  std::cout << "noise " << e->noise.corner_sigma_px << " " << e->noise.track_sigma_px << " " << e->noise.accel_psd << " " << e->noise.angular_accel_psd << " repr " << rp[rp.size()/2] << "\n";
-  auto med = [](std::vector<double> v) { std::sort(v.begin(), v.end()); return v[v.size()/2]; };
-  std::cout << "ms detect " << med(e->times.detect_ms) << " track " << med(e->times.track_ms) << " seed " << med(e->times.seed_ms) << " opt " << med(e->times.optimise_ms) << "\n";
-  const auto& gt = (*source)->ground_truth();
-  auto evalu = [&](const std::vector<FrameEstimate>& fr, const char* name) {
-    double p = 0, v = 0, w = 0, r=0, cp = 0, cv = 0, cw = 0, nees = 0; int n = 0, nc = 0; std::vector<double> d, cd;
-    for (auto& f : fr) for (auto& g : gt) if (std::abs(g.t_ns - f.t_ns) < 2000 && f.status != FrameStatus::kNoFix) {
-      double e2 = (f.state.world_from_body.translation() - g.world_from_body.translation()).squaredNorm();
-      BodyState t; t.world_from_body = g.world_from_body; if (g.twist) t.twist = *g.twist;
-      StateVector e12 = Difference(f.state, t); nees += e12.dot(f.covariance.llt().solve(e12));
-      p += e2; r += e12.head<3>().squaredNorm(); v += e12.segment<3>(6).squaredNorm(); w += e12.tail<3>().squaredNorm(); ++n; d.push_back(std::sqrt(e2));
-      if (f.closed_form.world_from_body) { double c2 = (f.closed_form.world_from_body->translation() - g.world_from_body.translation()).squaredNorm(); cp += c2; cd.push_back(std::sqrt(c2)); ++nc;
-        if (f.closed_form.twist_low_pass) { cv += (f.closed_form.twist_low_pass->v_world - t.twist.v_world).squaredNorm(); cw += (f.closed_form.twist_low_pass->omega_body - t.twist.omega_body).squaredNorm(); } }
-    }
-    if (!n) return;
- std::cout << name << " n " << n << " pos rmse " << std::sqrt(p/n) << " med " << med(d) << " rot " << std::sqrt(r/n) << " vel " << std::sqrt(v/n) << " rate " << std::sqrt(w/n) << " nees/12 " << nees/n/12 << " | cf pos " << std::sqrt(cp/nc) << " med " << med(cd) << " vel " << std::sqrt(cv/nc) << " rate " << std::sqrt(cw/nc) << "\n";
-  };
-  evalu(e->frames, "frames"); if (!e->lagged.empty()) evalu(e->lagged, "lagged");
-  std::cout << e->frames.size() << " frames, lagged " << e->lagged.size() << "\n";
+  const tagtwist::Usage usage = tagtwist::EstimateUsage();
+  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
+  const auto job = tagtwist::EstimateJobFromFlags();
+  if (!job) return tagtwist::Fail(usage, job.error().message, 2);
+  cv::setNumThreads(1);  // the frames are spread over threads here
+  auto config = job->config.empty() ? tagtwist::Result<tagtwist::Config>(tagtwist::DefaultConfig())
+                                    : tagtwist::LoadConfig(job->config);
+  if (!config) return tagtwist::Fail(usage, config.error().message);
+  if (const auto overridden = tagtwist::OverrideOptions(&config->estimator); !overridden) {
+    return tagtwist::Fail(usage, overridden.error().message, 2);
+  }
+  const auto done = tagtwist::Run(*job, *config);
+  return done ? 0 : tagtwist::Fail(usage, done.error().message);
 }

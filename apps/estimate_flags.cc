@@ -1,0 +1,106 @@
+#include "apps/estimate_flags.h"
+
+#include <gflags/gflags.h>
+
+#include <algorithm>
+#include <thread>
+
+DEFINE_string(dataset, "",
+              "Recording: a course .mat, an EuRoC/ASL folder, or a plain folder (timestamps.csv "
+              "and images). Needed.");
+DEFINE_string(
+    config, "",
+    "Camera, mount, tag map and options (YAML); configs/course.yaml's values without it.");
+DEFINE_string(ground_truth, "",
+              "Poses to compare with: CSV, TUM, EuRoC or a course .mat. The recording's own where "
+              "it has any.");
+DEFINE_bool(use_detections, false,
+            "Tag corners come from the recording (detections.csv, .mat), not from its images.");
+DEFINE_string(output, "results", "Folder to write to; made where it is missing.");
+DEFINE_bool(write_covariance, false, "Also covariance.csv: the 12 x 12 of every frame.");
+DEFINE_bool(sliding_window, false,
+            "Online: a fixed-lag window, states at lag 0 and at its lag, instead of one batch.");
+DEFINE_bool(tracks, true,
+            "Points followed through the images help where tags are few. With --use_detections "
+            "and without tracks no image is read.");
+DEFINE_int32(window_frames, 0, "Frames in the window; 0: the config's.");
+DEFINE_double(
+    corner_sigma_px, 0,
+    "Noise of a tag corner's coordinate [px]; 0: the config's, or learned from the data.");
+DEFINE_double(track_sigma_px, 0, "Noise of a track's coordinate [px]; 0: likewise.");
+DEFINE_double(accel_psd, 0,
+              "Density of the white noise on acceleration [(m/s^2)^2/Hz]; 0: likewise.");
+DEFINE_double(angular_accel_psd, 0,
+              "Of that on angular acceleration [(rad/s^2)^2/Hz]; 0: likewise.");
+DEFINE_int32(threads, 0,
+             "Images measured at once; 0: as many as the machine has cores. Results do not depend "
+             "on it.");
+
+namespace tagtwist {
+namespace {
+
+// A density or sigma from its flag; 0 leaves the config's.
+Status Override(const char* flag, double value, std::optional<double>* out) {
+  if (value == 0) return Ok();
+  if (!(value > 0)) {
+    return Error{std::string("--") + flag + ": expected > 0, got " + std::to_string(value)};
+  }
+  *out = value;
+  return Ok();
+}
+
+}  // namespace
+
+Usage EstimateUsage() {
+  Usage usage;
+  usage.program = "tagtwist_estimate";
+  usage.synopsis = "--dataset PATH [--config FILE] [--output DIR] [...]";
+  usage.summary =
+      "Estimates pose and twist of a body whose camera sees AprilTags of known layout, each with\n"
+      "its covariance, and compares the closed form with the optimised trajectory. Writes\n"
+      "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
+      "browser).";
+  usage.groups = {{"What to read", {"dataset", "config", "ground_truth", "use_detections"}},
+                  {"What to write", {"output", "write_covariance"}},
+                  {"How to estimate", {"sliding_window", "window_frames", "tracks"}},
+                  {"Noise (learned from the data unless given)",
+                   {"corner_sigma_px", "track_sigma_px", "accel_psd", "angular_accel_psd"}},
+                  {"Running", {"threads"}}};
+  return usage;
+}
+
+Result<EstimateJob> EstimateJobFromFlags() {
+  EstimateJob job;
+  if (FLAGS_dataset.empty()) return Error{"--dataset: needed, and not given"};
+  if (FLAGS_output.empty()) return Error{"--output: expected a folder, got nothing"};
+  if (FLAGS_threads < 0) {
+    return Error{"--threads: expected >= 0, got " + std::to_string(FLAGS_threads)};
+  }
+  job.dataset = FLAGS_dataset;
+  job.config = FLAGS_config;
+  job.output = FLAGS_output;
+  job.ground_truth = FLAGS_ground_truth;
+  job.read_images = FLAGS_tracks || !FLAGS_use_detections;
+  job.write_covariance = FLAGS_write_covariance;
+  job.run.sliding_window = FLAGS_sliding_window;
+  job.run.use_detections = FLAGS_use_detections;
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  job.run.threads = FLAGS_threads > 0 ? FLAGS_threads : cores;
+  return job;
+}
+
+Status OverrideOptions(EstimatorOptions* options) {
+  for (const auto& status :
+       {Override("corner_sigma_px", FLAGS_corner_sigma_px, &options->corner_sigma_px),
+        Override("track_sigma_px", FLAGS_track_sigma_px, &options->track_sigma_px),
+        Override("accel_psd", FLAGS_accel_psd, &options->accel_psd),
+        Override("angular_accel_psd", FLAGS_angular_accel_psd, &options->angular_accel_psd)}) {
+    if (!status) return status;
+  }
+  if (!FLAGS_tracks) options->use_tracks = false;
+  if (FLAGS_window_frames != 0) options->window_frames = FLAGS_window_frames;
+  if (const auto problem = options->Problem()) return Error{"--" + *problem};
+  return Ok();
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,28 @@
+#pragma once
+#include <string>
+
+#include "apps/run_estimate.h"
+#include "apps/usage.h"
+#include "frontend/data_source.h"
+
+namespace tagtwist {
+
+/// What the command line of tagtwist_estimate asks for.
+struct EstimateJob {
+  std::string dataset, config, output, ground_truth;
+  bool read_images = true;
+  bool write_covariance = false;
+  RunOptions run;
+};
+
+/// What tagtwist_estimate --help prints.
+Usage EstimateUsage();
+
+/// The job that the flags describe, or the flag that is wrong.
+Result<EstimateJob> EstimateJobFromFlags();
+
+/// Flags that stand for keys of the section `estimator` override the config's values; an error
+/// names the flag whose value is out of range.
+Status OverrideOptions(EstimatorOptions* options);
+
+}  // namespace tagtwist
