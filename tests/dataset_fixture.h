@@ -9,6 +9,7 @@
 
 #include "frontend/data_source.h"
 #include "frontend/dataset_writer.h"
+#include "frontend/image_file.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -20,6 +21,12 @@ inline void WriteText(const std::string& path, const std::string& text) {
 inline std::string ReadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+inline void WriteImage(const std::string& path, const cv::Mat& image) {
+  const auto png = EncodePng(image);
+  ASSERT_TRUE(png) << png.error().message;
+  WriteText(path, *png);
 }
 
 /// A reproducible noisy image.
