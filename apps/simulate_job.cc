@@ -104,7 +104,7 @@ Status WriteFlight(const SimulateJob& job, const Simulator& simulator,
                    const std::vector<int64_t>& stamps_ns, DatasetWriter* writer) {
   Progress progress("frames", stamps_ns.size());
   std::vector<TruthSample> truth;
-  const auto written = ForEachInOrder(
+  auto written = ForEachInOrder(
       stamps_ns.size(), ResolveThreads(job.threads),
       [&](size_t i) { return simulator.MakeFrame(i, stamps_ns[i]); },
       [&](size_t i, const SimulatedFrame& frame) {

@@ -27,6 +27,7 @@ std::vector<const Patch*> SortFarToNear(const std::vector<Patch>& tags,
   std::stable_sort(by_distance.begin(), by_distance.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<const Patch*> out;
+  out.reserve(by_distance.size());
   for (const auto& [distance, patch] : by_distance) out.push_back(patch);
   return out;
 }

@@ -62,8 +62,9 @@ void AddPolyline(Eigen::Vector2d point, const PaperFinder& papers, RandomStream*
     const double length = random->Uniform(0.012, 0.045);
     const Eigen::Vector2d direction(std::cos(heading), std::sin(heading));
     heading += random->Uniform(-kTurnRad, kTurnRad);
-    for (double s = 0; s < length + half_width; s += half_width) {
-      if (papers.Touches(point + s * direction, 2 * half_width)) return;
+    const int discs = 2 + static_cast<int>(length / half_width);
+    for (int k = 0; k < discs; ++k) {
+      if (papers.Touches(point + k * half_width * direction, 2 * half_width)) return;
     }
     out->push_back(MakeStroke(point, point + length * direction, half_width, grey));
     point += length * direction;

@@ -118,6 +118,7 @@ std::vector<Pose> Simulator::ExposurePoses(int64_t t_ns) const {
   const int count =
       static_cast<int>(std::clamp(std::ceil(motion_px / kBlurStepPx), 1.0, 1.0 * kMostSubFrames));
   std::vector<Pose> out;
+  out.reserve(static_cast<size_t>(count));
   for (int k = 0; k < count; ++k) out.push_back(at((k + 0.5) / count - 0.5));
   return out;
 }

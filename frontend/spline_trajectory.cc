@@ -95,6 +95,36 @@ void AddOuterProduct(const Row& row, Eigen::Index first, double weight,
   }
 }
 
+// Least squares for the control points: banded normal matrix, a right-hand side a component.
+struct NormalEquations {
+  Eigen::SparseMatrix<double> normal;
+  Eigen::Matrix<double, Eigen::Dynamic, 7> rhs;
+};
+
+NormalEquations MakeNormalEquations(const std::vector<TruthSample>& poses, double spacing_s,
+                                    Eigen::Index segments, double regularisation) {
+  const Eigen::Index n = segments + kOrder - 1;
+  const Eigen::Matrix<double, Eigen::Dynamic, 7> values = StackPoses(poses);
+  NormalEquations out;
+  out.rhs.setZero(n, 7);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const double t_s = ToSeconds(poses[i].t_ns - poses.front().t_ns);
+    const Place place = FindPlace(t_s, spacing_s, segments);
+    const BasisRow row = Basis(place.u, 0);
+    AddOuterProduct(row, place.segment, 1.0, &entries);
+    out.rhs.middleRows<kOrder>(place.segment) +=
+        row.transpose() * values.row(static_cast<Eigen::Index>(i));
+  }
+  const Eigen::RowVector4d third_difference(-1, 3, -3, 1);
+  for (Eigen::Index i = 0; i + 3 < n; ++i) {
+    AddOuterProduct(third_difference, i, regularisation, &entries);
+  }
+  out.normal.resize(n, n);
+  out.normal.setFromTriplets(entries.begin(), entries.end());
+  return out;
+}
+
 }  // namespace
 
 std::optional<std::string> SplineOptions::Problem() const {
@@ -114,27 +144,11 @@ Result<SplineTrajectory> SplineTrajectory::Fit(const std::vector<TruthSample>& p
       std::ceil(span_s / ChooseSpacing(poses, options.knot_spacing_s) - 1e-9));
   out.spacing_s_ = span_s / static_cast<double>(segments);
 
-  const Eigen::Index n = segments + kOrder - 1;
-  const Controls values = StackPoses(poses);
-  Controls rhs = Controls::Zero(n, 7);
-  std::vector<Eigen::Triplet<double>> entries;
-  for (size_t i = 0; i < poses.size(); ++i) {
-    const double t_s = ToSeconds(poses[i].t_ns - out.first_ns_);
-    const Place place = FindPlace(t_s, out.spacing_s_, segments);
-    const BasisRow row = Basis(place.u, 0);
-    AddOuterProduct(row, place.segment, 1.0, &entries);
-    rhs.middleRows<kOrder>(place.segment) +=
-        row.transpose() * values.row(static_cast<Eigen::Index>(i));
-  }
-  const Eigen::RowVector4d third_difference(-1, 3, -3, 1);
-  for (Eigen::Index i = 0; i + 3 < n; ++i) {
-    AddOuterProduct(third_difference, i, options.regularisation, &entries);
-  }
-  Eigen::SparseMatrix<double> normal(n, n);
-  normal.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
+  const NormalEquations equations =
+      MakeNormalEquations(poses, out.spacing_s_, segments, options.regularisation);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(equations.normal);
   if (solver.info() != Eigen::Success) return Error{"the poses do not determine a smooth path"};
-  out.controls_ = solver.solve(rhs);
+  out.controls_ = solver.solve(equations.rhs);
   return out;
 }
 

@@ -57,7 +57,8 @@ TagPattern DrawPattern(const apriltag_family_t& family, int id) {
     if ((family.codes[id] >> (family.nbits - bit - 1) & 1U) == 0) continue;
     const int column = static_cast<int>(family.bit_x[bit]) + out.outer_cells;
     const int row = static_cast<int>(family.bit_y[bit]) + out.outer_cells;
-    out.white[static_cast<size_t>(row * out.cells + column)] = 1;
+    out.white[static_cast<size_t>(row) * static_cast<size_t>(out.cells) +
+              static_cast<size_t>(column)] = 1;
   }
   return out;
 }
@@ -66,6 +67,7 @@ TagPattern DrawPattern(const apriltag_family_t& family, int id) {
 
 std::vector<std::string> TagFamilyNames() {
   std::vector<std::string> out;
+  out.reserve(kFamilies.size());
   for (const FamilyMaker& family : kFamilies) out.emplace_back(family.name);
   return out;
 }
