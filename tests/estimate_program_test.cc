@@ -1,0 +1,210 @@
+// tagtwist_estimate as it is run, on rendered flights and on real data.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "frontend/csv.h"
+#include "tests/program_test_util.h"
+#include "tests/test_files.h"
+
+namespace tagtwist {
+namespace {
+
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+const std::string kRealData = TAGTWIST_REAL_DATA_DIR;
+const std::string kSource = TAGTWIST_SOURCE_DIR;
+
+class EstimateProgram : public testing::Test {
+ protected:
+  void Run(const std::string& program, const Arguments& arguments) {
+    const ProgramRun run = RunProgram(folder_.path().string(), program, arguments);
+    ASSERT_EQ(run.status, 0) << run.err;
+  }
+  void Simulate(const std::string& name, Arguments arguments) {
+    arguments.insert(arguments.end(), {"--output", name});
+    Run("tagtwist_simulate", arguments);
+  }
+  /// Runs the estimate into a folder of that name and returns its summary.
+  nlohmann::json Estimate(const std::string& output, Arguments arguments) {
+    arguments.insert(arguments.end(), {"--output", output});
+    Run("tagtwist_estimate", arguments);
+    const std::string text = ReadText(Path(output) / "summary.json");
+    return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
+  }
+  fs::path Path(const std::string& name) const { return folder_.path() / name; }
+
+  TempFolder folder_;
+};
+
+using SlowEstimateProgram = EstimateProgram;
+
+double Ratio(const nlohmann::json& summary, const std::string& key,
+             const std::string& rows = "optimised") {
+  return summary["accuracy"][rows][key].get<double>() /
+         summary["accuracy"]["closed_form"][key].get<double>();
+}
+
+// Everything but what time and memory change.
+std::string StableSummary(const fs::path& folder) {
+  auto summary = nlohmann::json::parse(ReadText(folder / "summary.json"));
+  for (const char* key : {"timing_ms", "wall_s", "peak_rss_mib", "dataset"}) summary.erase(key);
+  return summary.dump();
+}
+
+void ExpectSameBytes(const fs::path& a, const fs::path& b) {
+  int n = 0;
+  for (const auto& entry : fs::directory_iterator(a)) {
+    const std::string name = entry.path().filename();
+    if (name == "report.html" || name == "summary.json") continue;
+    EXPECT_EQ(ReadText(a / name), ReadText(b / name)) << name;
+    ++n;
+  }
+  EXPECT_GE(n, 4);
+  EXPECT_EQ(StableSummary(a), StableSummary(b));
+}
+
+TEST_F(EstimateProgram, SameCommandSameBytesAtAnyThreadCount) {
+  Simulate("flight", {"--duration", "1", "--rate", "15"});
+  for (const std::string mode : {"--nosliding_window", "--sliding_window"}) {
+    const Arguments common = {"--dataset", "flight", "--write_covariance", mode};
+    for (const std::string threads : {"1", "2"}) {
+      Arguments arguments = common;
+      arguments.insert(arguments.end(), {"--threads", threads});
+      Estimate("threads" + threads, arguments);
+    }
+    Estimate("again", common);
+    ExpectSameBytes(Path("threads1"), Path("threads2"));
+    ExpectSameBytes(Path("threads1"), Path("again"));
+  }
+}
+
+TEST_F(EstimateProgram, WritesOneRowAFrameAtLagZeroAndAtTheLag) {
+  Simulate("flight", {"--images=false", "--duration", "1"});
+  const auto summary =
+      Estimate("out", {"--dataset", "flight", "--use_detections", "--sliding_window"});
+  const auto frames = summary["frames"].get<size_t>();
+  EXPECT_EQ(summary["frames_estimated"].get<size_t>(), frames);
+  const auto current = CsvTable::Read(Path("out") / "states.csv");
+  const auto lagged = CsvTable::Read(Path("out") / "states_lagged.csv");
+  ASSERT_TRUE(current);
+  ASSERT_TRUE(lagged);
+  EXPECT_EQ(current->rows(), frames);
+  EXPECT_EQ(lagged->rows(), frames);
+}
+
+TEST_F(SlowEstimateProgram, AGapInTheTagsIsBridgedOnTracks) {
+  Simulate("flight", {"--trajectory", "circle", "--duration", "2", "--rate", "30",
+                      "--hide_tags_from", "0.8", "--hide_tags_to", "1.3"});
+  const auto summary = Estimate("out", {"--dataset", "flight"});
+  EXPECT_EQ(summary["frames_estimated"], summary["frames"]);
+  const std::string states = ReadText(Path("out") / "states.csv");
+  EXPECT_NE(states.find("predicted"), std::string::npos);
+  EXPECT_LT(summary["accuracy"]["optimised"]["position_rmse_m"].get<double>(), 5e-3);
+}
+
+TEST_F(EstimateProgram, WrongIdsAreSurvived) {
+  Simulate("flight", {"--images=false", "--duration", "3", "--wrong_id_fraction", "0.05"});
+  const auto faulty = Estimate("faulty", {"--dataset", "flight", "--use_detections"});
+  Simulate("clean", {"--images=false", "--duration", "3"});
+  const auto clean = Estimate("clean_out", {"--dataset", "clean", "--use_detections"});
+  const auto rmse = [](const nlohmann::json& s) {
+    return s["accuracy"]["optimised"]["position_rmse_m"].get<double>();
+  };
+  EXPECT_LT(rmse(faulty), 1.3 * rmse(clean));
+}
+
+TEST_F(SlowEstimateProgram, RenderedFlightIsRefinedWellBelowTheClosedForm) {
+  Simulate("flight", {"--duration", "3"});
+  const auto batch = Estimate("batch", {"--dataset", "flight"});
+  EXPECT_LT(Ratio(batch, "position_rmse_m"), 0.6);
+  EXPECT_LT(Ratio(batch, "velocity_rmse_mps"), 0.25);
+}
+
+// Flights along the real Vicon paths at the real image times; corners with noise, no images.
+class RealDataVicon : public EstimateProgram, public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kRealData)) GTEST_SKIP() << "no real data at " << kRealData;
+    const std::string course = kRealData + "/course/";
+    Simulate("flight",
+             {"--trajectory", course + "vicon_dataset" + GetParam() + ".csv", "--image_times",
+              course + "image_times_dataset" + GetParam() + ".csv", "--images=false"});
+  }
+};
+
+TEST_P(RealDataVicon, BatchAndWindowAgainstTheClosedForm) {
+  const auto batch = Estimate("batch", {"--dataset", "flight", "--use_detections"});
+  EXPECT_LT(Ratio(batch, "position_rmse_m"), 0.6);
+  EXPECT_LT(Ratio(batch, "velocity_rmse_mps"), 0.25);
+  const auto window =
+      Estimate("window", {"--dataset", "flight", "--use_detections", "--sliding_window"});
+  EXPECT_LT(Ratio(window, "velocity_rmse_mps"), 0.5);
+  const auto against_batch = [&](const char* key) {
+    return window["accuracy"]["optimised_lagged"][key].get<double>() /
+           batch["accuracy"]["optimised"][key].get<double>();
+  };
+  EXPECT_LT(against_batch("position_rmse_m"), 1.15);
+  EXPECT_LT(against_batch("velocity_rmse_mps"), 1.25);
+}
+INSTANTIATE_TEST_SUITE_P(Trials, RealDataVicon, testing::Values("1", "4"));
+
+class RealDataFrames : public EstimateProgram {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kRealData)) GTEST_SKIP() << "no real data at " << kRealData;
+  }
+};
+
+TEST_F(RealDataFrames, Trial4LiesNearVicon) {
+  const auto summary = Estimate("out", {"--dataset", kRealData + "/course-dataset4-frames",
+                                        "--config", kSource + "/configs/course_2017.yaml"});
+  EXPECT_EQ(summary["frames_estimated"].get<int>(), 61);
+  EXPECT_LE(summary["accuracy"]["optimised"]["position_median_m"].get<double>(), 0.015);
+  EXPECT_LT(Ratio(summary, "position_rmse_m"), 1.0);
+}
+
+// Body rates against the gyro: RMS of the 3-D difference [rad/s] over frames with a sample nearby.
+double RateDifferenceToGyro(const std::string& states_path, const std::string& imu_path) {
+  const auto states = CsvTable::Read(states_path), imu = CsvTable::Read(imu_path);
+  EXPECT_TRUE(states && imu);
+  const auto s = states->RequireColumns({"t", "wx_body", "wy_body", "wz_body"});
+  const auto g = imu->RequireColumns({"t", "gx", "gy", "gz"});
+  double sum = 0;
+  int n = 0;
+  for (size_t i = 0; i < states->rows(); ++i) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    int samples = 0;
+    for (size_t k = 0; k < imu->rows(); ++k) {
+      if (std::abs(*imu->Number(k, (*g)[0]) - *states->Number(i, (*s)[0])) > 0.02) continue;
+      mean += Eigen::Vector3d(*imu->Number(k, (*g)[1]), *imu->Number(k, (*g)[2]),
+                              *imu->Number(k, (*g)[3]));
+      ++samples;
+    }
+    if (samples == 0) continue;
+    const Eigen::Vector3d rate(*states->Number(i, (*s)[1]), *states->Number(i, (*s)[2]),
+                               *states->Number(i, (*s)[3]));
+    sum += (rate - mean / samples).squaredNorm();
+    ++n;
+  }
+  EXPECT_GT(n, 100);
+  return std::sqrt(sum / n);
+}
+
+TEST_F(RealDataFrames, FloorMatIsConsistentWithItselfAndWithTheGyro) {
+  const auto summary = Estimate(
+      "out", {"--dataset", kRealData + "/umd-floor-mat", "--config",
+              kSource + "/tests/configs/umd_floor_mat.yaml", "--use_detections", "--notracks"});
+  EXPECT_EQ(summary["frames_estimated"].get<int>(), 450);
+  EXPECT_LE(summary["reprojection_px"]["median"].get<double>(), 0.5);
+  EXPECT_LE(RateDifferenceToGyro(Path("out") / "states.csv", kRealData + "/umd-floor-mat/imu.csv"),
+            0.08);
+}
+
+}  // namespace
+}  // namespace tagtwist
