@@ -16,7 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-ProgramRun Run(const TempFolder& folder, const std::vector<std::string>& arguments) {
+ProgramRun RunCompare(const TempFolder& folder, const std::vector<std::string>& arguments) {
   return RunProgram(folder.path().string(), "tagtwist_compare", arguments);
 }
 
@@ -30,7 +30,7 @@ TEST(CompareProgram, FiguresOfAHandMadeCase) {
             "0 0 0.003 0 0 0 0 1\n1 1 0 0.004 0 0 0 1\n2 2 0 0 0 0 0 1\n"
             "3 3 0 0 0 0 0.01 0.99995\n");
   const ProgramRun run =
-      Run(folder, {"a.tum", "--ground_truth", "truth.tum", "--json", "out.json"});
+      RunCompare(folder, {"a.tum", "--ground_truth", "truth.tum", "--json", "out.json"});
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(run.err, "");
   EXPECT_THAT(run.out, HasSubstr("a.tum"));
@@ -63,7 +63,7 @@ TEST(CompareProgram, OutputFoldersSideBySide) {
     ASSERT_TRUE(WriteResults(folder / (window ? "window" : "batch"), estimate, context));
   }
   const ProgramRun run =
-      Run(folder, {"batch/", "window", "--align", "handeye", "--html", "page.html"});
+      RunCompare(folder, {"batch/", "window", "--align", "handeye", "--html", "page.html"});
   ASSERT_EQ(run.status, 0) << run.err;
   for (const char* name : {"batch: closed form", "batch: optimised", "window: closed form",
                            "window: optimised, lag 0", "window: optimised, lagged"}) {
@@ -76,7 +76,7 @@ TEST(CompareProgram, OutputFoldersSideBySide) {
 TEST(CompareProgram, WithoutTruthTellsWhatCanBeTold) {
   const TempFolder folder;
   WriteText(folder / "a.tum", "0 0 0 0 0 0 0 1\n");
-  const ProgramRun run = Run(folder, {"a.tum"});
+  const ProgramRun run = RunCompare(folder, {"a.tum"});
   EXPECT_EQ(run.status, 0) << run.err;
   EXPECT_THAT(run.out, StartsWith("no ground truth"));
 }
@@ -101,7 +101,7 @@ TEST_P(CompareRefusals, OneLineAndNothingWritten) {
   WriteText(folder / "garbage", Garbage());
   std::filesystem::create_directory(folder / "nothing");
   const auto before = ListTree(folder.path().string());
-  const ProgramRun run = Run(folder, GetParam().arguments);
+  const ProgramRun run = RunCompare(folder, GetParam().arguments);
   EXPECT_EQ(run.status, GetParam().status) << run.err;
   EXPECT_TRUE(IsOneLine(run.err)) << run.err;
   EXPECT_THAT(run.err, StartsWith("tagtwist_compare: "));
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
                 {"a.tum", "--ground_truth", "truth.tum", "--align", "se3"},
                 "a.tum: alignment needs at least 3 poses"},
         Refusal{"JsonCannotBeWritten", {"a.tum", "--json", "absent/x.json"}, "absent/x.json"}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& test) { return test.param.name; });
 
 // Students' closed forms of the real trials against Vicon, no alignment: 15.1 and 17.2 mm (3-D).
 TEST(RealDataCompare, FiguresOfTheCourseAsMeasuredBefore) {
@@ -136,9 +136,9 @@ TEST(RealDataCompare, FiguresOfTheCourseAsMeasuredBefore) {
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no " << data;
   const TempFolder folder;
   const auto rmse = [&](const std::string& trial, const std::string& align) {
-    const ProgramRun run =
-        Run(folder, {data + "est_pose_dataset" + trial + "_baselineA.csv", "--ground_truth",
-                     data + "vicon_dataset" + trial + ".csv", "--align", align, "--json", "j"});
+    const ProgramRun run = RunCompare(
+        folder, {data + "est_pose_dataset" + trial + "_baselineA.csv", "--ground_truth",
+                 data + "vicon_dataset" + trial + ".csv", "--align", align, "--json", "j"});
     EXPECT_EQ(run.status, 0) << run.err;
     return nlohmann::json::parse(ReadText(folder / "j"))["inputs"][0]["accuracy"]["position_rmse_m"]
         .get<double>();

@@ -290,7 +290,9 @@ TEST(ComparisonTable, IsAlignedAndFitsATerminal) {
     while (std::getline(lines, line)) {
       EXPECT_LE(line.size(), 100u) << line;
       if (rows == 0) width = line.size();
-      if (rows >= 2 && rows < 7) EXPECT_EQ(line.size(), width) << line;
+      if (rows >= 2 && rows < 7) {
+        EXPECT_EQ(line.size(), width) << line;
+      }
       ++rows;
     }
     EXPECT_EQ(rows, 8u);
