@@ -35,6 +35,10 @@ Status Run(const EstimateJob& job, const Config& config) {
   if (!job.ground_truth.empty()) {
     auto truth = ReadGroundTruth(job.ground_truth);
     if (!truth) return truth.error();
+    const std::vector<int64_t>& stamps_ns = (*source)->stamps_ns();
+    if (truth->back().t_ns < stamps_ns.front() || truth->front().t_ns > stamps_ns.back()) {
+      return Error{job.ground_truth + ": no sample lies within the recording"};
+    }
     context.truth = std::move(*truth);
   }
   const auto estimate = RunEstimate(job.dataset, source->get(), config, job.run);
