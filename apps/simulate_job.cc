@@ -94,8 +94,7 @@ Result<std::vector<int64_t>> PrepareStamps(const SimulateJob& job,
   if (out.empty()) return Error{job.image_times + ": no stamp lies within the trajectory"};
   if (out.size() < stamps->size()) {
     *warning = job.image_times + ": " + std::to_string(stamps->size() - out.size()) + " of " +
-               std::to_string(stamps->size()) +
-               " stamps lie outside the trajectory and are left out";
+               std::to_string(stamps->size()) + " stamps lie outside the flight and are left out";
   }
   return out;
 }

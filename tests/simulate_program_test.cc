@@ -54,7 +54,7 @@ TEST(SimulateProgram, FramesStandAtTheGivenTimesWithExactTruth) {
       Simulate(folder, {"--output", "out", "--image_times", "times.csv", "--duration", "2"});
   EXPECT_EQ(run.status, 0);
   EXPECT_EQ(run.err,
-            "tagtwist_simulate: times.csv: 2 of 5 stamps lie outside the trajectory and are left "
+            "tagtwist_simulate: times.csv: 2 of 5 stamps lie outside the flight and are left "
             "out\n");
   EXPECT_THAT(run.out, HasSubstr("out: 3 frames"));
   const auto source = OpenDataSource(folder / "out", {});
