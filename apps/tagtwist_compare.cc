@@ -2,7 +2,6 @@
 #include <glog/logging.h>
 
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "apps/usage.h"
 #include "estimator/comparison_report.h"
@@ -79,7 +78,7 @@ Status Run(const std::vector<std::string>& paths, const EvaluationOptions& optio
   const auto comparison = ReadAndCompare(paths, options);
   if (!comparison) return comparison.error();
   if (!FLAGS_json.empty()) {
-    const std::string json = ComparisonJson(*comparison).dump(2) + "\n";
+    const std::string json = FormatComparisonJson(*comparison);
     if (auto written = WriteFileAtomically(FLAGS_json, json); !written) return written;
   }
   if (!FLAGS_html.empty()) {

@@ -89,7 +89,7 @@ Result<Comparison> Compare(std::vector<NamedSeries> series, std::vector<TruthSam
   return out;
 }
 
-nlohmann::ordered_json ComparisonJson(const Comparison& c) {
+std::string FormatComparisonJson(const Comparison& c) {
   using Json = nlohmann::ordered_json;
   Json out;
   out["ground_truth"] = c.truth.empty() ? Json(nullptr) : Json(c.truth_path);
@@ -109,7 +109,7 @@ nlohmann::ordered_json ComparisonJson(const Comparison& c) {
     }
     out["inputs"].push_back(std::move(input));
   }
-  return out;
+  return FormatJson(out);
 }
 
 std::string FormatComparisonReport(const Comparison& c) {

@@ -1,5 +1,4 @@
 #pragma once
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -22,8 +21,8 @@ struct Comparison {
 Result<Comparison> Compare(std::vector<NamedSeries> series, std::vector<TruthSample> truth,
                            const std::string& truth_path, const EvaluationOptions& options);
 
-/// {ground_truth, align, inputs: [{name, frames, accuracy, alignment, roughness}]}.
-nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
+/// JSON: {ground_truth, align, inputs: [{name, frames, accuracy, alignment, roughness}]}.
+std::string FormatComparisonJson(const Comparison& comparison);
 
 /// A page as report.html, with the aligned trajectories from above and over time.
 std::string FormatComparisonReport(const Comparison& comparison);

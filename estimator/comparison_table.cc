@@ -90,19 +90,25 @@ ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& serie
 std::vector<ComparisonRow> CompareMethods(const Estimate& estimate,
                                           const std::vector<TruthSample>& truth,
                                           const EvaluationOptions& options) {
-  const auto row = [&](const char* name, const PoseSeries& series) {
-    return MakeComparisonRow(name, series, truth, options);
+  const auto row = [&](const char* key, const char* name, const PoseSeries& series) {
+    ComparisonRow out = MakeComparisonRow(name, series, truth, options);
+    out.key = key;
+    return out;
   };
   const auto closed_form = [&](ClosedFormVariant variant) {
     return ClosedFormSeries(estimate.frames, variant);
   };
   const bool window = !estimate.lagged.empty();
   std::vector<ComparisonRow> rows = {
-      row("closed form (plain)", closed_form(ClosedFormVariant::kPlain)),
-      row("closed form (RANSAC)", closed_form(ClosedFormVariant::kRansac)),
-      row("closed form (RANSAC + low-pass)", closed_form(ClosedFormVariant::kLowPass)),
-      row(window ? "optimised (lag 0)" : "optimised", EstimatedSeries(estimate.frames))};
-  if (window) rows.push_back(row("optimised (lagged)", EstimatedSeries(estimate.lagged)));
+      row("", "closed form (plain)", closed_form(ClosedFormVariant::kPlain)),
+      row("", "closed form (RANSAC)", closed_form(ClosedFormVariant::kRansac)),
+      row("closed_form", "closed form (RANSAC + low-pass)",
+          closed_form(ClosedFormVariant::kLowPass)),
+      row("optimised", window ? "optimised (lag 0)" : "optimised",
+          EstimatedSeries(estimate.frames))};
+  if (window) {
+    rows.push_back(row("optimised_lagged", "optimised (lagged)", EstimatedSeries(estimate.lagged)));
+  }
   return rows;
 }
 

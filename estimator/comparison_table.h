@@ -16,6 +16,8 @@ struct ComparisonRow {
   size_t frames = 0;                        // with a pose
   std::optional<Accuracy> accuracy;         // where there is truth
   std::optional<TwistRoughness> roughness;  // where there are twists
+  std::string key =
+      {};  // in summary.json: "closed_form", "optimised", "optimised_lagged", or empty
 };
 
 ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& series,

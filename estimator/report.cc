@@ -22,9 +22,9 @@ std::string Format(const char* format, Args... args) {
   return text.data();
 }
 
-const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::string& prefix) {
+const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::string& key) {
   for (const ComparisonRow& row : rows) {
-    if (row.name.rfind(prefix, 0) == 0) return &row;
+    if (row.key == key) return &row;
   }
   return nullptr;
 }
@@ -72,7 +72,7 @@ std::string NoiseText(const Estimate& e) {
 
 std::string AccuracyText(const std::vector<ComparisonRow>& rows) {
   const ComparisonRow* optimised = FindRow(rows, "optimised");
-  const ComparisonRow* closed = FindRow(rows, "closed form (RANSAC + low-pass)");
+  const ComparisonRow* closed = FindRow(rows, "closed_form");
   if (optimised == nullptr || !optimised->accuracy) {
     return "There is no ground truth to judge by; the table tells how restless the twists are.";
   }

@@ -159,12 +159,14 @@ std::string ParagraphHtml(const std::string& text, const std::string& css_class)
 std::string TableHtml(const TextTable& table) {
   std::string out = "<div class=\"scroll\"><table>\n";
   for (size_t r = 0; r < table.size(); ++r) {
-    const std::string tag = r == 0 ? "th" : "td";
+    const char *open = r == 0 ? "<th>" : "<td>", *close = r == 0 ? "</th>" : "</td>";
     if (r == 0) out += "<thead>";
     if (r == 1) out += "<tbody>\n";
     out += "<tr>";
     for (const std::string& cell : table[r]) {
-      out += "<" + tag + ">" + EscapeHtml(cell) + "</" + tag + ">";
+      out += open;
+      out += EscapeHtml(cell);
+      out += close;
     }
     out += r == 0 ? "</tr></thead>\n" : "</tr>\n";
   }

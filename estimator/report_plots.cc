@@ -14,7 +14,7 @@ namespace tagtwist {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDegrees = 57.29577951308232, kPi = 3.141592653589793, kBand = 3;
+constexpr double kDegrees = 57.29577951308232, kBand = 3;
 constexpr size_t kTruthSlot = 0;
 
 // The twelve values of a plot row, [position m, roll pitch yaw deg, velocity m/s, rate rad/s], and

@@ -53,7 +53,7 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
        [](const Estimate& e, const ResultContext&) { return FormatStatesCsv(e.frames); }},
       {"summary.json",
        [](const Estimate& e, const ResultContext& c) {
-         return SummaryJson(e, c.rows, c.facts).dump(2) + "\n";
+         return FormatJson(SummaryJson(e, c.rows, c.facts));
        }},
       {"report.html", [](const Estimate& e, const ResultContext& c) {
          return FormatReport(e, {c.facts, c.map, c.truth, c.rows});

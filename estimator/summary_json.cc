@@ -43,14 +43,11 @@ Json NoiseJson(const NoiseModel& noise) {
           {"source", noise.source}};
 }
 
-const char* AccuracyKey(const std::string& row_name) {
-  if (row_name == "closed form (RANSAC + low-pass)") return "closed_form";
-  if (row_name == "optimised" || row_name == "optimised (lag 0)") return "optimised";
-  if (row_name == "optimised (lagged)") return "optimised_lagged";
-  return nullptr;
-}
-
 }  // namespace
+
+std::string FormatJson(const Json& json) {
+  return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
+}
 
 Json PercentilesJson(const std::vector<double>& values) {
   return {{"p50", QuantileJson(values, 0.5)},
@@ -104,8 +101,7 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   out["wall_s"] = facts.wall_s;
   out["peak_rss_mib"] = facts.peak_rss_mib;
   for (const ComparisonRow& row : rows) {
-    const char* key = AccuracyKey(row.name);
-    if (key != nullptr && row.accuracy) out["accuracy"][key] = AccuracyJson(*row.accuracy);
+    if (!row.key.empty() && row.accuracy) out["accuracy"][row.key] = AccuracyJson(*row.accuracy);
   }
   out["dataset"] = facts.dataset;
   out["warnings"] = estimate.warnings;

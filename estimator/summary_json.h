@@ -15,6 +15,9 @@ struct RunFacts {
   double peak_rss_mib = 0;  // largest memory held so far
 };
 
+/// Indented text with a final line end; bytes that are not UTF-8 (of file names) are replaced.
+std::string FormatJson(const nlohmann::ordered_json& json);
+
 /// Median, 99th percentile and largest; null where nothing was measured.
 nlohmann::ordered_json PercentilesJson(const std::vector<double>& values);
 
