@@ -33,7 +33,35 @@
       touchstart: (e, g, c) => { if (e.touches.length > 1) usual.touchstart(e, g, c); },
       touchmove: (e, g, c) => { if (e.touches.length > 1 && c.initialTouches) usual.touchmove(e, g, c); },
       touchend: (e, g, c) => { if (c.initialTouches) usual.touchend(e, g, c); },
+      dblclick: () => setWindow(null),
     });
+  }
+
+  // Heights of the series shown in the time window, and of nine tenths of their bands: a band may be
+  // as wide as the world where an estimate has only begun.
+  function heights(plot) {
+    const [from, to] = timeWindow || [-Infinity, Infinity];
+    let low = Infinity, high = -Infinity;
+    const lows = [], highs = [];
+    for (const s of plot.series) {
+      if (hidden.has(s.slot)) continue;
+      for (let i = 0; i < plot.t.length; i++) {
+        const v = s.v[i], w = s.w ? s.w[i] : null;
+        if (v === null || plot.t[i] < from || plot.t[i] > to) continue;
+        low = Math.min(low, v);
+        high = Math.max(high, v);
+        if (w !== null) { lows.push(v - w); highs.push(v + w); }
+      }
+    }
+    if (low > high) return null;
+    if (lows.length > 0) {
+      lows.sort((a, b) => a - b);
+      highs.sort((a, b) => a - b);
+      low = Math.min(low, lows[Math.floor(0.05 * lows.length)]);
+      high = Math.max(high, highs[Math.floor(0.95 * (highs.length - 1))]);
+    }
+    const margin = 0.06 * (high - low) || 0.5;
+    return [low - margin, high + margin];
   }
 
   function share(graph, initial) {
@@ -41,11 +69,12 @@
     const range = graph.xAxisRange(), all = graph.xAxisExtremes();
     const whole = range[0] <= all[0] && range[1] >= all[1];
     const wanted = whole ? null : [range[0], range[1]];
-    if (JSON.stringify(wanted) === JSON.stringify(timeWindow)) return;
+    if (JSON.stringify(wanted) !== JSON.stringify(timeWindow)) setWindow(wanted);
+  }
+
+  function setWindow(wanted) {
     timeWindow = wanted;
-    for (const g of graphs) {
-      if (g.graph !== graph) g.stale = true;
-    }
+    for (const g of graphs) g.stale = true;
     refresh();
   }
 
@@ -54,7 +83,7 @@
     for (const g of graphs) {
       if (!g.stale || !g.visible || !g.graph) continue;
       g.stale = false;
-      g.graph.updateOptions({ dateWindow: timeWindow, valueRange: null });
+      g.graph.updateOptions({ dateWindow: timeWindow, valueRange: heights(g.plot) });
     }
     syncing = false;
   }
@@ -84,8 +113,12 @@
       legend: "never",
       visibility: visibility(plot),
       dateWindow: timeWindow,
+      valueRange: heights(plot),
       interactionModel: interactionModel(),
-      axes: { x: { pixelsPerLabel: 60 }, y: { pixelsPerLabel: 28, axisLabelWidth: 58 } },
+      axes: {
+        x: { pixelsPerLabel: 60, axisLabelFormatter: format },
+        y: { pixelsPerLabel: 28, axisLabelWidth: 58, axisLabelFormatter: format },
+      },
       drawCallback: share,
       highlightCallback: (e, x, points) => {
         values.textContent = format(x) + " s: " + points.map((p) => format(p.yval)).join(", ");
@@ -117,7 +150,7 @@
     syncing = true;
     for (const g of graphs) {
       if (g.graph && g.plot.series.some((s) => s.slot === slot)) {
-        g.graph.updateOptions({ visibility: visibility(g.plot) });
+        g.graph.updateOptions({ visibility: visibility(g.plot), valueRange: heights(g.plot) });
       }
     }
     syncing = false;
