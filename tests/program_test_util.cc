@@ -103,7 +103,7 @@ bool IsOneLine(const std::string& text) {
 
 std::string MakeRecording(const std::string& folder, const std::string& name, DatasetFormat format,
                           bool images) {
-  const std::string path = folder + "/" + name;
+  std::string path = folder + "/" + name;
   const Simulator simulator = PlainSimulator(images);
   const auto writer = CreateDatasetWriter(path, format);
   if (!writer) throw std::runtime_error(writer.error().message);
