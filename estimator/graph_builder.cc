@@ -90,6 +90,7 @@ std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
 }
 
 // A segment's point as its views say it from the states' poses: the median of each coordinate.
+// Beyond the map nothing is known of the floor.
 std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const Graph& graph,
                                               int first_state, const TrackSegment& segment) {
   std::vector<double> x, y;
@@ -103,7 +104,9 @@ std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const
   const auto middle = static_cast<std::ptrdiff_t>(x.size() / 2);
   std::nth_element(x.begin(), x.begin() + middle, x.end());
   std::nth_element(y.begin(), y.begin() + middle, y.end());
-  return Eigen::Vector2d(x[x.size() / 2], y[y.size() / 2]);
+  const Eigen::Vector2d point(x[x.size() / 2], y[y.size() / 2]);
+  if (!setup.map_on_plane.contains(point)) return std::nullopt;
+  return point;
 }
 
 void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& input,
@@ -168,9 +171,18 @@ void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {
 EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
                                   const TagMap& map, const EstimatorOptions& options) {
   const TagPlanes planes = FindTagPlanes(map.tags());
-  std::optional<Pose> plane;
-  if (planes.world_from_plane.size() == 1) plane = planes.world_from_plane.front();
-  return {camera, cam_from_body, map, options, plane};
+  EstimatorSetup setup{camera, cam_from_body, map, options, std::nullopt, {}};
+  if (planes.world_from_plane.size() != 1) return setup;
+  setup.world_from_plane = planes.world_from_plane.front();
+  const Pose plane_from_world = Inverse(*setup.world_from_plane);
+  for (const Tag& tag : map.tags()) {
+    const Eigen::Vector2d side = Eigen::Vector2d::Constant(tag.size_m);
+    for (const Eigen::Vector3d& corner : TagCornersInWorld(tag)) {
+      const Eigen::Vector2d point = (plane_from_world * corner).head<2>();
+      setup.map_on_plane.extend(point - side).extend(Eigen::Vector2d(point + side));
+    }
+  }
+  return setup;
 }
 
 }  // namespace tagtwist

@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
@@ -18,7 +19,10 @@ struct EstimatorSetup {
   Pose cam_from_body;
   TagMap map;
   EstimatorOptions options;
-  std::optional<Pose> world_from_plane;  // of all tags, z its normal, where the tracks lie too
+  /// The plane of all tags, z its normal, and where on it they lie: x, y [m], a tag's side added
+  /// all round. The floor is known to be there, so tracks within it lie on the plane.
+  std::optional<Pose> world_from_plane;
+  Eigen::AlignedBox2d map_on_plane;
 };
 
 /// Finds the plane; without a common one the tracks stay out of the graph.

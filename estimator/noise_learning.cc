@@ -14,10 +14,12 @@ constexpr double kMedianChi2Of8 = 7.344, kInlierChi2Of8 = 31.83;
 // 0.99 quantile with 2 degrees of freedom, and the mean below it against the whole mean.
 constexpr double kInlierChi2Of2 = 9.21, kInlierMeanOf2 = 0.9535;
 
-// A track's errors are not white: it drifts, and neighbours in time do not show that. Measured on
-// rendered flights: trusting the 0.02 to 0.04 px that they show made positions worse than no
-// tracks.
-constexpr double kLeastTrackSigmaPx = 0.1;
+// A track's errors are not white: it drifts, and lens and floor bend it like its neighbours; the
+// views of a segment do not show that, but the corners' spread does in part. So a track is trusted
+// at most half as much as a corner, and never more than this. Measured on rendered flights:
+// trusting the 0.02 to 0.04 px that the views show made positions worse than no tracks at all; on
+// real frames likewise for anything below the corners' 0.45 px.
+constexpr double kLeastTrackSigmaPx = 0.1, kLeastTrackOverCorner = 2.0;
 
 double Median(std::vector<double>* values) {
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
@@ -154,11 +156,12 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
   NoiseModel out = noise;
   if (!options.corner_sigma_px) {
     out.corner_sigma_px = std::sqrt(
-        Updated(square(noise.corner_sigma_px), statistics.corner, square(1e-4), square(20.0)));
+        Updated(square(noise.corner_sigma_px), statistics.corner, square(1e-4), square(10.0)));
   }
   if (!options.track_sigma_px) {
-    out.track_sigma_px = std::sqrt(Updated(square(noise.track_sigma_px), statistics.track,
-                                           square(kLeastTrackSigmaPx), square(20.0)));
+    const double least = std::max(kLeastTrackSigmaPx, kLeastTrackOverCorner * out.corner_sigma_px);
+    out.track_sigma_px = std::sqrt(
+        Updated(square(noise.track_sigma_px), statistics.track, square(least), square(20.0)));
   }
   if (!options.accel_psd) {
     out.accel_psd = Updated(noise.accel_psd, statistics.accel, 1e-8, 1e5);

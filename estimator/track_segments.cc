@@ -7,7 +7,7 @@ namespace tagtwist {
 namespace {
 
 // Tracks that a tag makes up for.
-constexpr int kTracksPerTag = 4;
+constexpr int kTracksPerTag = 7;
 
 // A scattered order of ids: neighbours in the image, born together, do not stay together.
 uint64_t Scatter(int64_t id) { return static_cast<uint64_t>(id) * 0x9E3779B97F4A7C15ULL; }
@@ -23,8 +23,7 @@ int SegmentLimit(const TrackSegment& segment, int segment_frames) {
 
 void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags) {
   const int frame = next_frame_++;
-  const int most = options_.max_tracks_per_frame;
-  const int budget = std::max(most / 4, most - kTracksPerTag * n_tags);
+  const int budget = options_.max_tracks_per_frame - kTracksPerTag * n_tags;
   std::map<int64_t, size_t> still_open;
   std::vector<const TrackObservation*> fresh;
   int n_used = 0;
@@ -43,16 +42,30 @@ void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags
       still_open.insert(*it);
     }
   }
+  open_ = std::move(still_open);
   std::sort(fresh.begin(), fresh.end(), [](const auto* a, const auto* b) {
     return Scatter(a->track_id) < Scatter(b->track_id);
   });
+  std::map<int64_t, Eigen::Vector2d> unused;
   for (const TrackObservation* track : fresh) {
-    if (n_used >= budget) break;
-    still_open.emplace(track->track_id, segments_.size());
-    segments_.push_back({track->track_id, frame, {track->pixel}});
-    ++n_used;
+    if (n_used < budget) {
+      Begin(*track, frame);
+      ++n_used;
+    } else {
+      unused.emplace(track->track_id, track->pixel);
+    }
   }
-  open_ = std::move(still_open);
+  unused_ = std::move(unused);
+}
+
+void TrackSegmenter::Begin(const TrackObservation& track, int frame) {
+  const auto before = unused_.find(track.track_id);
+  open_.emplace(track.track_id, segments_.size());
+  if (before == unused_.end()) {
+    segments_.push_back({track.track_id, frame, {track.pixel}});
+  } else {
+    segments_.push_back({track.track_id, frame - 1, {before->second, track.pixel}});
+  }
 }
 
 void TrackSegmenter::Reject(const std::vector<bool>& rejected) {
@@ -65,18 +78,16 @@ void TrackSegmenter::Reject(const std::vector<bool>& rejected) {
 }
 
 void TrackSegmenter::DropBefore(int first_frame) {
-  const auto kept = std::find_if(segments_.begin(), segments_.end(), [&](const TrackSegment& s) {
-    return s.first_frame >= first_frame;  // in order of their beginning
-  });
-  const auto dropped = static_cast<size_t>(kept - segments_.begin());
-  segments_.erase(segments_.begin(), kept);
-  for (auto it = open_.begin(); it != open_.end();) {
-    if (it->second < dropped) {
-      it = open_.erase(it);
-    } else {
-      (it++)->second -= dropped;
-    }
+  std::vector<TrackSegment> kept;
+  std::map<int64_t, size_t> still_open;
+  for (size_t i = 0; i < segments_.size(); ++i) {
+    if (segments_[i].first_frame < first_frame) continue;
+    const auto it = open_.find(segments_[i].track_id);
+    if (it != open_.end() && it->second == i) still_open.emplace(it->first, kept.size());
+    kept.push_back(std::move(segments_[i]));
   }
+  segments_ = std::move(kept);
+  open_ = std::move(still_open);
 }
 
 }  // namespace tagtwist

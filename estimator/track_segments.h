@@ -17,7 +17,7 @@ struct TrackSegment {
 };
 
 struct TrackSegmentOptions {
-  int max_tracks_per_frame = 40;  // where there is no tag; a quarter of it at least elsewhere
+  int max_tracks_per_frame = 40;  // where there is no tag
   int segment_frames = 6;         // >= 2
 };
 
@@ -25,15 +25,17 @@ struct TrackSegmentOptions {
 /// its own. A drifting track is not one point for ever, and short pieces keep the normal equations
 /// banded. Every view belongs to one piece, so nothing is counted twice. Lengths are staggered by
 /// track, so that some pieces span every boundary.
+/// Pieces begin where tags are few: seven fewer for every tag in view, which says more and is not
+/// bent by drift. A piece begins with its track's view in the frame before, so that it ties the
+/// first frame without tags to the last one with them.
 class TrackSegmenter {
  public:
   explicit TrackSegmenter(const TrackSegmentOptions& options) : options_(options) {}
 
   /// Takes the next frame's tracks (those off the tags count), sorted by id: they go on with open
-  /// segments or begin new ones. Four fewer begin for every tag in view, which says more.
+  /// segments or begin new ones.
   void Add(const std::vector<TrackObservation>& tracks, int n_tags);
 
-  /// In order of their beginning.
   const std::vector<TrackSegment>& segments() const { return segments_; }
   /// Empties those segments whose flag is set; their tracks may begin new ones.
   void Reject(const std::vector<bool>& rejected);
@@ -41,10 +43,13 @@ class TrackSegmenter {
   void DropBefore(int first_frame);
 
  private:
+  void Begin(const TrackObservation& track, int frame);
+
   TrackSegmentOptions options_;
   int next_frame_ = 0;
   std::vector<TrackSegment> segments_;
-  std::map<int64_t, size_t> open_;  // track -> its growing segment
+  std::map<int64_t, size_t> open_;             // track -> its growing segment
+  std::map<int64_t, Eigen::Vector2d> unused_;  // views of the last frame that are in no segment
 };
 
 }  // namespace tagtwist
