@@ -56,8 +56,9 @@ Marginal SchurComplement(const LinearSystem& system, const std::vector<BlockRef>
     cross.block<6, 6>(6, row) = block_at(blocks[i], {BlockRef::Kind::kTwist, 0}).transpose();
     for (size_t j = 0; j <= i; ++j) {
       const auto column = static_cast<Eigen::Index>(6 * j);
-      m.hessian.block<6, 6>(row, column) = block_at(blocks[i], blocks[j]);
-      m.hessian.block<6, 6>(column, row) = m.hessian.block<6, 6>(row, column).transpose();
+      const Eigen::Matrix<double, 6, 6> block = block_at(blocks[i], blocks[j]);
+      m.hessian.block<6, 6>(row, column) = block;
+      m.hessian.block<6, 6>(column, row) = block.transpose();
     }
   }
   const Eigen::LDLT<Eigen::Matrix<double, 12, 12>> leaving(
