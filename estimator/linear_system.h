@@ -16,7 +16,7 @@ struct LinearFactor {
   double weight = 1;  // of the Huber loss, in (0, 1]
 };
 
-/// nullopt-free: returns false when the factor cannot be evaluated here (a point behind the
+/// Returns false when the factor cannot be evaluated here (a point behind the
 /// camera).
 bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out);
 

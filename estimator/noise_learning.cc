@@ -14,11 +14,11 @@ constexpr double kMedianChi2Of8 = 7.344, kInlierChi2Of8 = 31.83;
 // 0.99 quantile with 2 degrees of freedom, and the mean below it against the whole mean.
 constexpr double kInlierChi2Of2 = 9.21, kInlierMeanOf2 = 0.9535;
 
-// A track's errors are not white: it drifts, and lens and floor bend it like its neighbours; the
-// views of a segment do not show that, but the corners' spread does in part. So a track is trusted
-// at most half as much as a corner, and never more than this. Measured on rendered flights:
-// trusting the 0.02 to 0.04 px that the views show made positions worse than no tracks at all; on
-// real frames likewise for anything below the corners' 0.45 px.
+// A track's errors are not white: it drifts, and lens and floor bend it like its neighbours. The
+// views of a segment do not show that; the corners' spread does in part. So a track's sigma is
+// never below the first of these, nor below that multiple of the corners'. Measured: trusting the
+// 0.02 to 0.04 px that the views of rendered flights show, or on real frames anything near the
+// corners' 0.45 px, made positions worse than no tracks at all.
 constexpr double kLeastTrackSigmaPx = 0.1, kLeastTrackOverCorner = 2.0;
 
 double Median(std::vector<double>* values) {
