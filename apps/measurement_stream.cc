@@ -15,23 +15,33 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
     if (!detector) return detector.error();
     detectors.push_back(std::move(*detector));
   }
-  return MeasurementStream(source, config, use_detections, std::move(detectors));
+  auto refiner = CornerRefiner::Create(config.map, config.camera);
+  if (!refiner) return refiner.error();
+  return MeasurementStream(source,
+                           std::make_unique<const Shared>(Shared{config, std::move(*refiner)}),
+                           use_detections, std::move(detectors));
 }
 
-MeasurementStream::MeasurementStream(DataSource* source, const Config& config, bool use_detections,
-                                     std::vector<TagDetector> detectors)
+MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
+                                     bool use_detections, std::vector<TagDetector> detectors)
     : source_(source),
-      config_(std::make_unique<const Config>(config)),
+      shared_(std::move(shared)),
       use_detections_(use_detections),
       detectors_(std::move(detectors)),
-      front_end_(config.camera, config.cam_from_body, config.map, config.front_end) {}
+      front_end_(shared_->config.camera, shared_->config.cam_from_body, shared_->config.map,
+                 shared_->config.front_end) {}
 
 MeasurementStream::Detected MeasurementStream::Detect(Frame frame, const TagDetector& detector,
-                                                      const Config& config, bool use_detections) {
+                                                      const Shared& shared, bool use_detections) {
   const Stopwatch watch;
+  const Config& config = shared.config;
+  const TagDetectorOptions& options = config.front_end.detector;
   Detected out;
   out.tags = FilterTags(use_detections ? frame.detections : detector.Detect(frame.image),
-                        config.map, config.camera, config.front_end.detector.border_px);
+                        config.map, config.camera, options.border_px);
+  if (!use_detections && options.refine_pattern) {
+    out.tags = shared.refiner.RefineAll(frame.image, out.tags);
+  }
   out.frame = std::move(frame);
   out.detect_ms = watch.ElapsedMs();
   return out;
@@ -48,7 +58,7 @@ Status MeasurementStream::FillQueue() {
       break;
     }
     const cv::Mat& image = (*frame)->image;
-    const Camera& camera = config_->camera;
+    const Camera& camera = shared_->config.camera;
     if (!image.empty() && (image.cols != camera.width || image.rows != camera.height)) {
       return Error{(*frame)->name + ": the image has " + std::to_string(image.cols) + " x " +
                    std::to_string(image.rows) + " px, the configured camera " +
@@ -57,8 +67,8 @@ Status MeasurementStream::FillQueue() {
     const TagDetector* const detector = &detectors_[next_detector_];
     next_detector_ = (next_detector_ + 1) % detectors_.size();
     queue_.push_back(std::async(policy, [frame = std::move(**frame), detector,
-                                         config = config_.get(), use = use_detections_]() mutable {
-      return Detect(std::move(frame), *detector, *config, use);
+                                         shared = shared_.get(), use = use_detections_]() mutable {
+      return Detect(std::move(frame), *detector, *shared, use);
     }));
   }
   return Ok();

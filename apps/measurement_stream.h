@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimator/config.h"
+#include "frontend/corner_refiner.h"
 #include "frontend/data_source.h"
 #include "frontend/front_end.h"
 
@@ -37,14 +38,20 @@ class MeasurementStream {
   };
   using Pending = std::future<Detected>;
 
-  MeasurementStream(DataSource* source, const Config& config, bool use_detections,
+  // What tasks read: it stays where it is, and does not change.
+  struct Shared {
+    Config config;
+    CornerRefiner refiner;
+  };
+
+  MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared, bool use_detections,
                     std::vector<TagDetector> detectors);
   Status FillQueue();
-  static Detected Detect(Frame frame, const TagDetector& detector, const Config& config,
+  static Detected Detect(Frame frame, const TagDetector& detector, const Shared& shared,
                          bool use_detections);
 
   DataSource* source_;
-  std::unique_ptr<const Config> config_;  // stays where it is while tasks read it
+  std::unique_ptr<const Shared> shared_;
   bool use_detections_;
   std::vector<TagDetector> detectors_;  // one for each frame under way, in turn
   size_t next_detector_ = 0;

@@ -26,6 +26,7 @@ struct TagDetectorOptions {
   double min_decision_margin = 5.0;  // mean contrast of bits against the threshold [gray], >= 0
   int max_hamming = 1;               // bits corrected, in [0, 2]; 2 lets wrong tags in
   double border_px = 1.5;            // tags nearer to the image's border are cut: left out, >= 0
+  bool refine_pattern = true;        // corners from the whole pattern (CornerRefiner)
 
   std::optional<std::string> Problem() const;
 
@@ -39,6 +40,7 @@ struct TagDetectorOptions {
     visit("min_decision_margin", self.min_decision_margin);
     visit("max_hamming", self.max_hamming);
     visit("border_px", self.border_px);
+    visit("refine_pattern", self.refine_pattern);
   }
 };
 

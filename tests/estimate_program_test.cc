@@ -122,7 +122,9 @@ TEST_F(EstimateProgram, WrongIdsAreSurvived) {
 TEST_F(SlowEstimateProgram, RenderedFlightIsRefinedWellBelowTheClosedForm) {
   Simulate("flight", {"--duration", "3"});
   const auto batch = Estimate("batch", {"--dataset", "flight"});
-  EXPECT_LT(Ratio(batch, "position_rmse_m"), 0.6);
+  // Corners good to hundredths of a pixel leave little for the graph to average out of positions.
+  EXPECT_LT(Ratio(batch, "position_rmse_m"), 0.8);
+  EXPECT_LT(batch["accuracy"]["optimised"]["position_rmse_m"].get<double>(), 1e-4);
   EXPECT_LT(Ratio(batch, "velocity_rmse_mps"), 0.25);
 }
 

@@ -1,0 +1,246 @@
+#include "frontend/corner_refiner.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <unordered_map>
+#include <utility>
+
+#include "frontend/pattern_fit.h"
+#include "frontend/tag_family.h"
+
+namespace tagtwist {
+namespace {
+
+constexpr double kMostMovePx = 1.0;
+constexpr double kLeastInlierShare = 0.6;
+constexpr double kMostContradictedShare = 0.06;
+constexpr double kMostNoiseOfContrast = 0.15;
+constexpr double kFloorPx = 0.0015;  // of a corner's standard deviation: what the model leaves out
+constexpr double kLeastCellPx = 1.2;
+constexpr double kMostSidePx = 400;
+constexpr double kMostSearchPx = 10;
+constexpr double kFarPx = 1e5;
+constexpr double kUnrefinedPx = 1.0;  // corners whose refinement fails are often far off
+
+using Corners = std::array<Eigen::Vector2d, 4>;
+
+// A pixel of the image, and where it is without the lens's distortion.
+struct Place {
+  int x = 0, y = 0;
+  Eigen::Vector2d at;
+};
+
+double QuadArea(const Corners& c) {
+  const Eigen::Vector2d a = c[2] - c[0], b = c[3] - c[1];
+  return 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+}
+
+}  // namespace
+
+struct CornerRefiner::Impl {
+  Camera camera;
+  std::unordered_map<int, PatternModel> models;  // by id
+  NormalTable normal;
+  std::vector<Eigen::Vector2d> undistorted;  // [px] of every pixel, where the lens distorts
+
+  Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const {
+    const auto ray = camera.Unproject(pixel);
+    if (!ray) return Eigen::Vector2d::Constant(NAN);
+    return {camera.fx * ray->x() + camera.cx, camera.fy * ray->y() + camera.cy};
+  }
+
+  // False where the lens has no ray.
+  bool UndistortAll(const Corners& in_image, Corners* out) const {
+    *out = in_image;
+    for (auto& corner : *out) {
+      if (!undistorted.empty()) corner = Undistort(corner);
+      if (!corner.allFinite() || !(corner.norm() < kFarPx)) return false;
+    }
+    return true;
+  }
+
+  // Back into the image, with the covariance.
+  bool Distort(RefinedTag* tag) const {
+    Eigen::Matrix<double, 8, 8> jacobian = Eigen::Matrix<double, 8, 8>::Zero();
+    const Eigen::Vector2d d_ray(1 / camera.fx, 1 / camera.fy);
+    for (size_t c = 0; c < 4; ++c) {
+      const Eigen::Vector3d ray((tag->corners[c].x() - camera.cx) * d_ray.x(),
+                                (tag->corners[c].y() - camera.cy) * d_ray.y(), 1);
+      Eigen::Matrix<double, 2, 3> d_pixel;
+      if (!camera.Project(ray, &tag->corners[c], &d_pixel)) return false;
+      const int at = 2 * static_cast<int>(c);
+      jacobian.block<2, 2>(at, at) = d_pixel.leftCols<2>() * d_ray.asDiagonal();
+    }
+    tag->covariance = jacobian * tag->covariance * jacobian.transpose();
+    return true;
+  }
+
+  std::vector<Place> FindPlaces(const cv::Mat& gray, const Corners& in_image,
+                                const Corners& corners, const PatternModel& model) const;
+  Eigen::Vector2d Search(const cv::Mat& gray, const Corners& in_image, const Corners& corners,
+                         const PatternModel& model, int reach) const;
+};
+
+// The pixels of the pattern but for the rim where its surroundings show through the blur; half a
+// cell around the square at least.
+std::vector<Place> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray, const Corners& in_image,
+                                                   const Corners& corners,
+                                                   const PatternModel& model) const {
+  std::vector<Place> out;
+  const auto tag_from_pixel = TagFromPixel(corners);
+  const double cell_px = std::sqrt(QuadArea(corners)) / (2 * model.square_half());
+  if (!tag_from_pixel || !(cell_px > kLeastCellPx)) return out;
+  const double rim = model.pattern_half() - std::min(0.5, 1.5 / cell_px);
+  const double most = rim / model.square_half();
+  Eigen::Vector2d low = in_image[0], high = in_image[0];
+  for (const auto& corner : in_image) {
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
+  }
+  const double side = (high - low).maxCoeff();
+  if (!(side < kMostSidePx)) return out;
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(0.75 * (most - 1) * side + 1);
+  const Eigen::Vector2d end(gray.cols - 1, gray.rows - 1);
+  const Eigen::Vector2d first = (low - margin).array().floor().cwiseMax(0.0);
+  const Eigen::Vector2d last = (high + margin).cwiseMin(end).array().ceil();
+  for (int y = static_cast<int>(first.y()); y <= last.y(); ++y) {
+    for (int x = static_cast<int>(first.x()); x <= last.x(); ++x) {
+      Eigen::Vector2d at(x, y);
+      if (!undistorted.empty()) at = undistorted[static_cast<size_t>(y * gray.cols + x)];
+      const Eigen::Vector3d q = *tag_from_pixel * at.homogeneous();
+      const double reach = most * q.z();
+      if (std::abs(q.x()) < reach && std::abs(q.y()) < reach) out.push_back({x, y, at});
+    }
+  }
+  return out;
+}
+
+// The shift in whole pixels, up to `reach` either way, at which the pattern correlates best.
+Eigen::Vector2d CornerRefiner::Impl::Search(const cv::Mat& gray, const Corners& in_image,
+                                            const Corners& corners, const PatternModel& model,
+                                            int reach) const {
+  const auto places = FindPlaces(gray, in_image, corners, model);
+  if (places.empty()) return Eigen::Vector2d::Zero();
+  PatternState state;
+  state.tag_from_pixel = *TagFromPixel(corners);
+  state.gain = 1;
+  std::vector<double> white;
+  for (const Place& place : places) {
+    white.push_back(PredictGrey(model, state, normal, place.at, nullptr));
+  }
+  Eigen::Vector2d best = Eigen::Vector2d::Zero();
+  double best_correlation = -1;
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      double n = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;
+      for (size_t i = 0; i < places.size(); ++i) {
+        const int x = places[i].x + dx, y = places[i].y + dy;
+        if (x < 0 || y < 0 || x >= gray.cols || y >= gray.rows) continue;
+        const double grey = gray.at<uint8_t>(y, x);
+        n += 1;
+        a += white[i];
+        b += grey;
+        aa += white[i] * white[i];
+        ab += white[i] * grey;
+        bb += grey * grey;
+      }
+      const double spread = (n * aa - a * a) * (n * bb - b * b);
+      const double correlation = spread > 0 ? (n * ab - a * b) / std::sqrt(spread) : -1;
+      if (!(correlation > best_correlation)) continue;
+      best_correlation = correlation;
+      best = {dx, dy};
+    }
+  }
+  return best;
+}
+
+CornerRefiner::CornerRefiner(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+CornerRefiner::CornerRefiner(CornerRefiner&&) noexcept = default;
+CornerRefiner& CornerRefiner::operator=(CornerRefiner&&) noexcept = default;
+CornerRefiner::~CornerRefiner() = default;
+
+Result<CornerRefiner> CornerRefiner::Create(const TagMap& map, const Camera& camera) {
+  std::vector<int> ids;
+  for (const Tag& tag : map.tags()) ids.push_back(tag.id);
+  const auto patterns = MakeTagPatterns(map.family(), ids);
+  if (!patterns) return patterns.error();
+  auto impl = std::make_unique<Impl>();
+  impl->camera = camera;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    impl->models.emplace(ids[i], PatternModel((*patterns)[i]));
+  }
+  if (camera.IsDistorted()) {
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
+        impl->undistorted.push_back(impl->Undistort(Eigen::Vector2d(x, y)));
+      }
+    }
+  }
+  return CornerRefiner(std::move(impl));
+}
+
+std::optional<RefinedTag> CornerRefiner::Refine(const cv::Mat& gray, const TagDetection& tag,
+                                                double search_px) const {
+  const auto found = impl_->models.find(tag.id);
+  if (gray.type() != CV_8UC1 || found == impl_->models.end()) return std::nullopt;
+  const PatternModel& model = found->second;
+  const Impl& impl = *impl_;
+  const bool distorted = !impl.undistorted.empty();
+  if (distorted && (gray.cols != impl.camera.width || gray.rows != impl.camera.height)) {
+    return std::nullopt;
+  }
+  Corners in_image = tag.corners, start;
+  if (!impl.UndistortAll(in_image, &start)) return std::nullopt;
+  if (search_px > 0) {
+    const int reach = static_cast<int>(std::ceil(std::min(search_px, kMostSearchPx)));
+    const Eigen::Vector2d shift = impl.Search(gray, in_image, start, model, reach);
+    for (auto& corner : in_image) corner += shift;
+    if (!impl.UndistortAll(in_image, &start)) return std::nullopt;
+  }
+  std::vector<PatternPixel> pixels;
+  for (const Place& place : impl.FindPlaces(gray, in_image, start, model)) {
+    pixels.push_back({place.at, static_cast<double>(gray.at<uint8_t>(place.y, place.x))});
+  }
+  const auto fit = FitPattern(model, impl.normal, pixels, start);
+  if (!fit) return std::nullopt;
+  for (size_t c = 0; c < 4; ++c) {
+    if (!((fit->corners[c] - start[c]).norm() < kMostMovePx + search_px)) return std::nullopt;
+  }
+  RefinedTag out;
+  out.corners = fit->corners;
+  out.covariance = fit->covariance;
+  out.covariance.diagonal().array() += kFloorPx * kFloorPx;
+  const Eigen::Vector3d& blur = fit->state.blur_px2;
+  out.blur_px2 << blur[0], blur[1], blur[1], blur[2];
+  out.contrast_grey = fit->state.gain;
+  out.noise_grey = fit->noise_grey;
+  out.inlier_share = fit->inlier_share;
+  out.contradicted_share = fit->contradicted_share;
+  if (!(out.inlier_share > kLeastInlierShare) ||
+      !(out.contradicted_share < kMostContradictedShare) ||
+      !(out.noise_grey < kMostNoiseOfContrast * out.contrast_grey)) {
+    return std::nullopt;
+  }
+  if (distorted && !impl.Distort(&out)) return std::nullopt;
+  return out;
+}
+
+std::vector<TagDetection> CornerRefiner::RefineAll(const cv::Mat& gray,
+                                                   const std::vector<TagDetection>& tags) const {
+  std::vector<TagDetection> out;
+  for (TagDetection tag : tags) {
+    if (const auto refined = Refine(gray, tag)) {
+      tag.corners = refined->corners;
+      tag.covariance = refined->covariance;
+    } else {
+      tag.covariance = Eigen::Matrix<double, 8, 8>::Identity() * (kUnrefinedPx * kUnrefinedPx);
+    }
+    out.push_back(tag);
+  }
+  return out;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,37 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "frontend/pattern_state.h"
+
+namespace tagtwist {
+
+/// A pixel of a tag's surroundings.
+struct PatternPixel {
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();  // [px], without the lens's distortion
+  double grey = 0;
+};
+
+/// A pattern aligned to an image.
+struct PatternFit {
+  PatternState state;
+  std::array<Eigen::Vector2d, 4> corners;  // p1..p4 [px]
+  Eigen::Matrix<double, 8, 8> covariance;  // u1 v1 .. u4 v4 [px^2]
+  double noise_grey = 0;                   // robust standard deviation of the residuals [grey]
+  double inlier_share = 0;                 // mean weight of the pixels, 0 to 1
+  double contradicted_share = 0;           // pixels that are off by more than half the contrast
+  int iterations = 0;
+};
+
+/// Gauss-Newton over the unknowns of PatternState from p1..p4, which may be off by about half a
+/// cell. Tukey's weights, their scale from the median residual, keep out what hides a part of the
+/// tag. Covariance: the inverse normal matrix with blur, greys and light marginalised, times the
+/// variance of the residuals (of an M-estimator: mean psi^2 / mean psi'^2). nullopt when it does
+/// not converge or has no contrast. `pixels` in the order of the image's rows.
+std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTable& normal,
+                                     const std::vector<PatternPixel>& pixels,
+                                     const std::array<Eigen::Vector2d, 4>& start);
+
+}  // namespace tagtwist
