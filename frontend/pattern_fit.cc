@@ -9,7 +9,7 @@ namespace {
 
 constexpr size_t kLeastPixels = 60;
 constexpr int kMostIterations = 12;
-constexpr size_t kCoarsePixels = 300;    // are enough until steps are small
+constexpr size_t kCoarsePixels = 500;    // are enough until steps are small
 constexpr double kNearPx = 0.1;          // a step below this: from here on with all pixels
 constexpr double kConvergedPx = 0.03;    // a step below this is the last, its own error far smaller
 constexpr double kMostStepPx = 1.0;      // of a corner
@@ -26,6 +26,7 @@ struct Sums {
   std::array<PatternRow, kPatternUnknowns> products{};  // lower triangle of sum w row row'
   PatternRow gradient{};                                // sum w row residual
   double weight = 0, psi2 = 0, d_psi = 0;
+  std::array<double, 2> lagged{};  // sum psi psi' over pixels one and two apart in a row
   size_t used = 0, contradicted = 0;
 };
 
@@ -58,18 +59,26 @@ Sums Accumulate(const PatternModel& model, const NormalTable& normal,
   magnitudes->clear();
   const double reach = kTukey * noise_grey;
   PatternRow row;
+  std::array<double, 2> last_psi{};  // of the pixel before and the one before that
   for (size_t i = 0; i < pixels.size(); i += stride) {
+    if (i > 0 && !(std::abs(pixels[i].at.x() - pixels[i - 1].at.x() - 1) < 0.5)) last_psi = {};
     const double predicted = PredictGrey(model, state, normal, pixels[i].at, &row);
     const double residual = Residual(pixels[i].grey, predicted);
     const double magnitude = std::abs(residual);
     magnitudes->push_back(static_cast<float>(magnitude));
     sums.contradicted += magnitude > 0.5 * state.gain ? 1 : 0;
     ++sums.used;
-    if (!(magnitude < reach)) continue;
+    if (!(magnitude < reach)) {
+      last_psi = {0, last_psi[0]};
+      continue;
+    }
     const double x2 = (residual / reach) * (residual / reach);
     const double weight = (1 - x2) * (1 - x2);
     sums.weight += weight;
-    sums.psi2 += weight * weight * residual * residual;
+    const double psi = weight * residual;
+    for (size_t lag = 0; lag < 2; ++lag) sums.lagged[lag] += psi * last_psi[lag];
+    last_psi = {psi, last_psi[0]};
+    sums.psi2 += psi * psi;
     sums.d_psi += (1 - x2) * (1 - 5 * x2);
     Add(row, static_cast<float>(weight), static_cast<float>(residual), &sums);
   }
@@ -135,6 +144,18 @@ double LargestShift(const Eigen::Matrix<double, 8, 1>& shift) {
   return out;
 }
 
+// What residuals that go together with their neighbours' (compression, resampling, a blur or paper
+// unlike the model's) do to the variance: 1 + 2 (rho_1 + rho_2) along each axis of the image, the
+// columns taken to be like the rows. White noise gives 1.
+double CorrelationFactor(const Sums& sums) {
+  double factor = 1;
+  for (const double lagged : sums.lagged) {
+    const double chance = 2 / std::sqrt(static_cast<double>(sums.used));
+    factor += 2 * std::max(lagged / sums.psi2 - chance, 0.0);
+  }
+  return factor * factor;
+}
+
 PatternFit Finish(const PatternState& state, const Sums& sums, const Eigen::LDLT<Normal>& solver,
                   double noise_grey) {
   PatternFit fit;
@@ -148,8 +169,8 @@ PatternFit Finish(const PatternState& state, const Sums& sums, const Eigen::LDLT
   const double freedom = sums.weight / std::max(sums.weight - kPatternUnknowns, 1.0);
   const double variance = sums.psi2 * sums.weight / (sums.d_psi * sums.d_psi) * freedom;
   const Normal inverse = solver.solve(Normal::Identity());
-  fit.covariance = std::max(variance, kLeastNoiseGrey * kLeastNoiseGrey) * d_corners *
-                   inverse.topLeftCorner<8, 8>() * d_corners.transpose();
+  fit.covariance = std::max(variance, kLeastNoiseGrey * kLeastNoiseGrey) * CorrelationFactor(sums) *
+                   d_corners * inverse.topLeftCorner<8, 8>() * d_corners.transpose();
   return fit;
 }
 

@@ -8,6 +8,7 @@
 #include <iomanip>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include "frontend/front_end.h"
@@ -26,6 +27,7 @@ struct Setting {
   std::string flight = "figure8";
   Camera camera = {};
   double height_m = 1.5;
+  int jpeg_quality = 0;  // 0: none
 };
 
 struct Flight {
@@ -103,7 +105,12 @@ Score Measure(const Setting& setting, int frames) {
   const CornerRefiner refiner = MakeRefiner(setting.camera);
   Score out;
   for (int i = 0; i < frames; ++i) {
-    const SimulatedFrame frame = MakeFrame(flight, (i + 0.5) / frames);
+    SimulatedFrame frame = MakeFrame(flight, (i + 0.5) / frames);
+    if (setting.jpeg_quality > 0) {
+      std::vector<uint8_t> bytes;
+      cv::imencode(".jpg", frame.image, bytes, {cv::IMWRITE_JPEG_QUALITY, setting.jpeg_quality});
+      frame.image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+    }
     for (const TagDetection& tag : DetectPlainly(frame.image, setting.camera)) {
       const auto refined = refiner.Refine(frame.image, tag);
       if (!refined) {
@@ -149,6 +156,44 @@ TEST(CornerRefiner, BlurredImages) { ExpectHonest(Measure({3, 1.0}, 10), 4, 0.01
 TEST(CornerRefiner, NoisyImages) { ExpectHonest(Measure({8, 0.8}, 10), 2.5, 0.026); }
 TEST(CornerRefiner, MotionBlurAndVignetting) {
   ExpectHonest(Measure({3, 0.5, 0.004, 0.4, "agile"}, 10), 3, 0.02);
+}
+
+// Noise that goes together over several pixels: enlarged and compressed images.
+TEST(CornerRefiner, CorrelatedNoiseWidensTheCovariance) {
+  const Flight flight = MakeFlightOf({0, 0.7});
+  const CornerRefiner refiner = MakeRefiner();
+  double nees = 0;
+  int tags = 0;
+  for (int i = 0; i < 8; ++i) {
+    const SimulatedFrame frame = MakeFrame(flight, (i + 0.5) / 8);
+    cv::Mat noise(frame.image.size(), CV_32F), image;
+    cv::RNG random(static_cast<uint64_t>(i + 1));
+    random.fill(noise, cv::RNG::NORMAL, 0, 15);
+    cv::GaussianBlur(noise, noise, {0, 0}, 0.7);
+    frame.image.convertTo(image, CV_32F);
+    image += noise;
+    image.convertTo(image, CV_8U);
+    for (const TagDetection& tag : DetectPlainly(image, {})) {
+      const auto refined = refiner.Refine(image, tag);
+      if (!refined) continue;
+      const auto error = Difference(refined->corners, TrueCorners(frame, {}, tag.id));
+      nees += error.dot(refined->covariance.inverse() * error) / 8;
+      ++tags;
+    }
+  }
+  EXPECT_GT(tags, 50);
+  EXPECT_GT(nees / tags, 0.6);
+  EXPECT_LT(nees / tags, 1.5);
+}
+
+TEST(CornerRefiner, CompressedImages) {
+  Setting setting;
+  setting.jpeg_quality = 40;
+  const Score score = Measure(setting, 10);
+  EXPECT_GT(score.plain_px / score.refined_px, 2);
+  EXPECT_GT(score.nees, 0.6);
+  EXPECT_LT(score.nees, 1.5);
+  RecordProperty("nees", std::to_string(score.nees));
 }
 
 TEST(CornerRefiner, ADistortedCameraLeavesNoBias) {
