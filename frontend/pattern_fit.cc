@@ -9,9 +9,9 @@ namespace {
 
 constexpr size_t kLeastPixels = 60;
 constexpr int kMostIterations = 12;
-constexpr size_t kCoarsePixels = 350;    // are enough until steps are small
+constexpr size_t kCoarsePixels = 500;    // are enough until steps are small
 constexpr double kNearPx = 0.1;          // a step below this: from here on with all pixels
-constexpr double kConvergedPx = 0.06;    // a step below this is the last, its own error far smaller
+constexpr double kConvergedPx = 0.03;    // a step below this is the last, its own error far smaller
 constexpr double kMostStepPx = 1.0;      // of a corner
 constexpr double kTukey = 6;             // residuals beyond that many deviations do not count
 constexpr double kLeastNoiseGrey = 0.5;  // 8-bit steps and what the model leaves out
