@@ -32,6 +32,11 @@ DEFINE_double(accel_psd, 0,
               "Density of the white noise on acceleration [(m/s^2)^2/Hz]; 0: likewise.");
 DEFINE_double(angular_accel_psd, 0,
               "Of that on angular acceleration [(rad/s^2)^2/Hz]; 0: likewise.");
+DEFINE_double(jerk_psd, 0, "Density of the white noise on jerk [(m/s^3)^2/Hz]; 0: likewise.");
+DEFINE_double(angular_jerk_psd, 0, "Of that on angular jerk [(rad/s^3)^2/Hz]; 0: likewise.");
+DEFINE_string(motion_prior, "",
+              "What of the motion is white noise: acceleration, jerk, or auto: what a given density "
+              "says, else the likelier (in the window: jerk); empty: the config's.");
 DEFINE_int32(threads, 0,
              "Images measured at once; 0: as many as the machine has cores. Results do not depend "
              "on it.");
@@ -64,7 +69,8 @@ Usage EstimateUsage() {
                   {"What to write", {"output", "write_covariance"}},
                   {"How to estimate", {"sliding_window", "window_frames", "tracks"}},
                   {"Noise (learned from the data unless given)",
-                   {"corner_sigma_px", "track_sigma_px", "accel_psd", "angular_accel_psd"}},
+                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
+                    "jerk_psd", "angular_jerk_psd"}},
                   {"Running", {"threads"}}};
   return usage;
 }
@@ -94,9 +100,12 @@ Status OverrideOptions(EstimatorOptions* options) {
        {Override("corner_sigma_px", FLAGS_corner_sigma_px, &options->corner_sigma_px),
         Override("track_sigma_px", FLAGS_track_sigma_px, &options->track_sigma_px),
         Override("accel_psd", FLAGS_accel_psd, &options->accel_psd),
-        Override("angular_accel_psd", FLAGS_angular_accel_psd, &options->angular_accel_psd)}) {
+        Override("angular_accel_psd", FLAGS_angular_accel_psd, &options->angular_accel_psd),
+        Override("jerk_psd", FLAGS_jerk_psd, &options->jerk_psd),
+        Override("angular_jerk_psd", FLAGS_angular_jerk_psd, &options->angular_jerk_psd)}) {
     if (!status) return status;
   }
+  if (!FLAGS_motion_prior.empty()) options->motion_prior = FLAGS_motion_prior;
   if (!FLAGS_tracks) options->use_tracks = false;
   if (FLAGS_window_frames != 0) options->window_frames = FLAGS_window_frames;
   if (const auto problem = options->Problem()) return Error{"--" + *problem};

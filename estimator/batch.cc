@@ -9,19 +9,39 @@
 namespace tagtwist {
 namespace {
 
-Trajectory MakeTrajectory(const std::vector<GraphFrame>& frames,
-                          const BlockBandedMatrix& covariance, const NoiseModel& noise) {
+Trajectory MakeTrajectory(const Solution& solution, const NoiseModel& noise) {
   Trajectory out;
-  out.accel_psd = noise.accel_psd;
-  out.angular_accel_psd = noise.angular_accel_psd;
-  for (size_t i = 0; i < frames.size(); ++i) {
-    const int k = static_cast<int>(i);
-    out.t_ns.push_back(frames[i].t_ns);
-    out.states.push_back(frames[i].state);
-    out.covariances.push_back(covariance.At(k, k));
-    if (i + 1 < frames.size()) out.cross_covariances.push_back(covariance.At(k + 1, k));
+  out.linear = noise.linear;
+  out.angular = noise.angular;
+  out.states = solution.graph.states;
+  for (int k = 0; k < solution.covariance.size(); ++k) {
+    out.covariances.push_back(solution.covariance.At(k, k));
+    if (k + 1 < solution.covariance.size()) {
+      out.cross_covariances.push_back(solution.covariance.At(k + 1, k));
+    }
   }
   return out;
+}
+
+// Solves under white noise on jerk and, where that is open, under white noise on acceleration too;
+// the likelier one stays.
+Result<Solution> SolveWithLikelierPrior(const EstimatorSetup& setup, const SolveOptions& options,
+                                        GraphInput* input, NoiseModel* noise) {
+  *noise = InitialNoise(setup.options);
+  if (!MotionPriorIsOpen(setup.options)) return SolveAndLearn(setup, options, input, noise);
+  GraphInput other_input = *input;
+  auto solution = SolveAndLearn(setup, options, input, noise);
+  if (!solution) return solution;
+  NoiseModel other = InitialNoise(setup.options, WhiteNoiseOn::kAcceleration);
+  other.corner_sigma_px = noise->corner_sigma_px;
+  other.track_sigma_px = noise->track_sigma_px;
+  auto other_solution = SolveAndLearn(setup, options, &other_input, &other);
+  if (other_solution && other_solution->log_likelihood > solution->log_likelihood) {
+    *input = std::move(other_input);
+    *noise = other;
+    return other_solution;
+  }
+  return solution;
 }
 
 }  // namespace
@@ -45,9 +65,8 @@ Result<BatchResult> BatchEstimator::Solve() const {
   input.segments = segmenter_.segments();
 
   BatchResult out;
-  out.noise = InitialNoise(setup_.options);
   const SolveOptions options{setup_.options.max_iterations};
-  auto solution = SolveAndLearn(setup_, options, &input, &out.noise);
+  auto solution = SolveWithLikelierPrior(setup_, options, &input, &out.noise);
   if (!solution) return solution.error();
   if (const auto wrong = ContradictedTags(solution->graph); !wrong.empty()) {
     out.warnings.push_back(std::to_string(wrong.size()) +
@@ -59,11 +78,11 @@ Result<BatchResult> BatchEstimator::Solve() const {
   for (size_t i = 0; i < input.frames.size(); ++i) {
     const int k = static_cast<int>(i);
     out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i],
-                                         input.frames[i], solution->covariance.At(k, k)));
+                                         input.frames[i], BodyCovariance(solution->covariance, k)));
     const std::vector<double> errors = ReprojectionErrors(setup_, input.frames[i]);
     out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
   }
-  out.trajectory = MakeTrajectory(input.frames, solution->covariance, out.noise);
+  out.trajectory = MakeTrajectory(*solution, out.noise);
   return out;
 }
 

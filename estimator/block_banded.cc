@@ -8,6 +8,7 @@ namespace tagtwist {
 namespace {
 
 using Block = BlockBandedMatrix::Block;
+constexpr int kSize = BlockBandedMatrix::kSize;
 
 // Last block row that column j reaches.
 int LastRow(const BlockBandedMatrix& m, int j) { return std::min(m.size() - 1, j + m.bandwidth()); }
@@ -37,20 +38,26 @@ BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::mov
 Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
   Eigen::VectorXd x = b;
   for (int j = 0; j < l_.size(); ++j) {
-    auto x_j = x.segment<12>(12 * j);
+    auto x_j = x.segment<kSize>(kSize * j);
     l_.At(j, j).triangularView<Eigen::Lower>().solveInPlace(x_j);
     for (int i = j + 1; i <= LastRow(l_, j); ++i) {
-      x.segment<12>(12 * i).noalias() -= l_.At(i, j) * x_j;
+      x.segment<kSize>(kSize * i).noalias() -= l_.At(i, j) * x_j;
     }
   }
   for (int j = l_.size() - 1; j >= 0; --j) {
-    auto x_j = x.segment<12>(12 * j);
+    auto x_j = x.segment<kSize>(kSize * j);
     for (int i = j + 1; i <= LastRow(l_, j); ++i) {
-      x_j.noalias() -= l_.At(i, j).transpose() * x.segment<12>(12 * i);
+      x_j.noalias() -= l_.At(i, j).transpose() * x.segment<kSize>(kSize * i);
     }
     l_.At(j, j).transpose().triangularView<Eigen::Upper>().solveInPlace(x_j);
   }
   return x;
+}
+
+double BlockBandedCholesky::LogDeterminant() const {
+  double sum = 0;
+  for (int j = 0; j < l_.size(); ++j) sum += l_.At(j, j).diagonal().array().log().sum();
+  return 2 * sum;
 }
 
 BlockBandedMatrix BlockBandedCholesky::SelectedInverse() const {

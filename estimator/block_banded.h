@@ -5,13 +5,14 @@
 
 namespace tagtwist {
 
-/// Symmetric matrix of n x n blocks of 12 x 12, zero beyond `bandwidth` blocks from the diagonal;
+/// Symmetric matrix of n x n blocks of kSize x kSize, zero beyond `bandwidth` blocks from the diagonal;
 /// only the lower triangle is kept. The normal equations of a trajectory have this shape once the
 /// tracked points are eliminated, so that factorising, solving and inverting within the band all
 /// cost O(n bandwidth^2).
 class BlockBandedMatrix {
  public:
-  using Block = Eigen::Matrix<double, 12, 12>;
+  static constexpr int kSize = 18;  // error state of a graph's state, see graph.h
+  using Block = Eigen::Matrix<double, kSize, kSize>;
 
   BlockBandedMatrix(int size, int bandwidth)
       : size_(size),
@@ -40,8 +41,10 @@ class BlockBandedCholesky {
 
   /// False when the matrix was not positive definite; then nothing else may be called.
   bool ok() const { return ok_; }
-  /// Solution of H x = b; b has 12 size entries.
+  /// Solution of H x = b; b has kSize size entries.
   Eigen::VectorXd Solve(const Eigen::VectorXd& b) const;
+  /// log det H.
+  double LogDeterminant() const;
   /// The blocks of H^-1 within the band: the selected inverse (Takahashi, Fagan and Chin 1973).
   BlockBandedMatrix SelectedInverse() const;
 

@@ -5,6 +5,7 @@
 
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
+#include "residuals/motion_prior.h"
 
 namespace tagtwist {
 
@@ -26,13 +27,13 @@ struct FrameEstimate {
   int n_tags = 0, n_tracks = 0;
 };
 
-/// Noise that the estimate was made with. Densities are those of white noise on acceleration.
+/// Noise that the estimate was made with.
 struct NoiseModel {
-  double corner_sigma_px = 0.5;     // one corner coordinate
-  double track_sigma_px = 0.3;      // one track coordinate
-  double accel_psd = 1.0;           // [(m/s^2)^2/Hz]
-  double angular_accel_psd = 10.0;  // [(rad/s^2)^2/Hz]
-  std::string source = "default";   // "default", "learned", "given", or "learned, given" when mixed
+  double corner_sigma_px = 0.5;  // one corner coordinate, beyond a detection's own covariance
+  double track_sigma_px = 0.3;   // one track coordinate
+  MotionPrior linear{WhiteNoiseOn::kJerk, 30.0};    // [(m/s^3)^2/Hz] or [(m/s^2)^2/Hz]
+  MotionPrior angular{WhiteNoiseOn::kJerk, 300.0};  // [(rad/s^3)^2/Hz] or [(rad/s^2)^2/Hz]
+  std::string source = "default";  // "default", "learned", "given", or "learned, given" when mixed
 };
 
 /// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode

@@ -11,6 +11,11 @@ struct EstimatorOptions {
   std::optional<double> track_sigma_px;     // one track coordinate [px], > 0
   std::optional<double> accel_psd;          // white noise on acceleration [(m/s^2)^2/Hz], > 0
   std::optional<double> angular_accel_psd;  // [(rad/s^2)^2/Hz], > 0
+  std::optional<double> jerk_psd;           // white noise on jerk [(m/s^3)^2/Hz], > 0
+  std::optional<double> angular_jerk_psd;   // [(rad/s^3)^2/Hz], > 0
+  /// What of the motion is white noise: "acceleration", "jerk", or "auto": that of the density that
+  /// is given; else in batch what the data say (likelihood), in the window jerk.
+  std::string motion_prior = "auto";
   bool use_tracks = true;                   // KLT tracks enter the graph
   int max_tracks_per_frame = 40;            // in the graph, >= 0
   int track_segment_frames = 6;  // a track enters in pieces of at most this many frames, >= 2
@@ -27,6 +32,9 @@ struct EstimatorOptions {
     visit("track_sigma_px", self.track_sigma_px);
     visit("accel_psd", self.accel_psd);
     visit("angular_accel_psd", self.angular_accel_psd);
+    visit("jerk_psd", self.jerk_psd);
+    visit("angular_jerk_psd", self.angular_jerk_psd);
+    visit("motion_prior", self.motion_prior);
     visit("use_tracks", self.use_tracks);
     visit("max_tracks_per_frame", self.max_tracks_per_frame);
     visit("track_segment_frames", self.track_segment_frames);

@@ -2,20 +2,25 @@
 
 namespace tagtwist {
 
-GraphState ToGraphState(int64_t t_ns, const BodyState& state) {
+GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration) {
   GraphState out;
   out.t_ns = t_ns;
   out.pose = state.world_from_body;
-  out.twist << state.twist.v_world, state.twist.omega_body;
+  out.rates << state.twist.v_world, state.twist.omega_body, acceleration.a_world,
+      acceleration.alpha_body;
   return out;
 }
 
 BodyState ToBodyState(const GraphState& state) {
   BodyState out;
   out.world_from_body = state.pose;
-  out.twist.v_world = state.twist.head<3>();
-  out.twist.omega_body = state.twist.tail<3>();
+  out.twist.v_world = state.rates.segment<3>(0);
+  out.twist.omega_body = state.rates.segment<3>(3);
   return out;
+}
+
+Acceleration ToAcceleration(const GraphState& state) {
+  return {state.rates.segment<3>(6), state.rates.segment<3>(9)};
 }
 
 const double* Graph::Parameters(const BlockRef& block) const {
@@ -23,8 +28,8 @@ const double* Graph::Parameters(const BlockRef& block) const {
   switch (block.kind) {
     case BlockRef::Kind::kPose:
       return states[index].pose.params.data();
-    case BlockRef::Kind::kTwist:
-      return states[index].twist.data();
+    case BlockRef::Kind::kRates:
+      return states[index].rates.data();
     case BlockRef::Kind::kPoint:
       return points[index].data();
   }

@@ -10,21 +10,31 @@
 
 namespace tagtwist {
 
-/// Which variable a factor touches: the pose or the twist of a state, or a tracked point.
+/// Which variable a factor touches: the pose or the rates of a state, or a tracked point.
 struct BlockRef {
-  enum class Kind { kPose, kTwist, kPoint };
+  enum class Kind { kPose, kRates, kPoint };
   Kind kind = Kind::kPose;
   int index = 0;  // into Graph::states, or Graph::points
 };
 
-/// A state as the solver holds it.
+/// Accelerations of a body, which the motion prior needs as states of their own: of its origin in
+/// W [m/s^2] and of its rate in B [rad/s^2].
+struct Acceleration {
+  Eigen::Vector3d a_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d alpha_body = Eigen::Vector3d::Zero();
+};
+
+/// A state as the solver holds it. Its error state, 18 entries: that of BodyState, then
+/// [a_world(3); alpha_body(3)].
 struct GraphState {
   int64_t t_ns = 0;
-  Pose pose;                                                                // world_from_body
-  Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();  // [v_world; omega_body]
+  Pose pose;  // world_from_body
+  Eigen::Matrix<double, 12, 1> rates =
+      Eigen::Matrix<double, 12, 1>::Zero();  // [v_world; omega_body; a_world; alpha_body]
 };
-GraphState ToGraphState(int64_t t_ns, const BodyState& state);
+GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration);
 BodyState ToBodyState(const GraphState& state);
+Acceleration ToAcceleration(const GraphState& state);
 
 enum class FactorKind { kTag, kTrack, kMotion, kPrior };
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "frontend/tag_planes.h"
-#include "residuals/constant_velocity_residual.h"
+#include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
 #include "residuals/tag_reprojection_residual.h"
 #include "residuals/track_residual.h"
@@ -17,20 +17,31 @@ namespace {
 // What a body may be expected to do before anything is known of its motion.
 constexpr double kFirstVelocitySigmaMps = 100.0;
 constexpr double kFirstRateSigmaRadps = 200.0;
+constexpr double kFirstAccelerationSigmaMps2 = 50.0;
+constexpr double kFirstAngularAccelerationSigmaRadps2 = 500.0;
 
 BlockRef PoseOf(int state) { return {BlockRef::Kind::kPose, state}; }
-BlockRef TwistOf(int state) { return {BlockRef::Kind::kTwist, state}; }
+BlockRef RatesOf(int state) { return {BlockRef::Kind::kRates, state}; }
 
-Factor FirstTwistPrior() {
-  Eigen::VectorXd roots(6);
-  roots << Eigen::Vector3d::Constant(1 / kFirstVelocitySigmaMps),
-      Eigen::Vector3d::Constant(1 / kFirstRateSigmaRadps);
+// Standard deviation of the first acceleration: under white noise on acceleration it is idle.
+double FirstAccelerationSigma(const MotionPrior& prior, double under_jerk) {
+  return prior.on == WhiteNoiseOn::kJerk ? under_jerk : 1.0;
+}
+
+Factor FirstRatesPrior(const NoiseModel& noise) {
+  Eigen::VectorXd sigmas(12);
+  sigmas << Eigen::Vector3d::Constant(kFirstVelocitySigmaMps),
+      Eigen::Vector3d::Constant(kFirstRateSigmaRadps),
+      Eigen::Vector3d::Constant(
+          FirstAccelerationSigma(noise.linear, kFirstAccelerationSigmaMps2)),
+      Eigen::Vector3d::Constant(
+          FirstAccelerationSigma(noise.angular, kFirstAngularAccelerationSigmaRadps2));
   Factor factor;
   factor.kind = FactorKind::kPrior;
-  factor.blocks = {TwistOf(0)};
+  factor.blocks = {RatesOf(0)};
   factor.cost = std::make_shared<PriorResidual>(
-      std::vector<PriorBlock>{{false, Eigen::VectorXd::Zero(6)}},
-      Eigen::MatrixXd(roots.asDiagonal()), Eigen::VectorXd::Zero(6));
+      std::vector<PriorBlock>{{false, Eigen::VectorXd::Zero(12)}},
+      Eigen::MatrixXd(sigmas.cwiseInverse().asDiagonal()), Eigen::VectorXd::Zero(12));
   return factor;
 }
 
@@ -38,14 +49,23 @@ double HuberDelta(const EstimatorSetup& setup, int dimension) {
   return setup.options.robust_scale * std::sqrt(static_cast<double>(dimension));
 }
 
+// A detection's own covariance where it has one and the user gives no sigma, and what of the
+// corners' errors it does not explain: sigma_px.
+Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
+                                             double sigma_px) {
+  const Eigen::Matrix<double, 8, 8> other =
+      sigma_px * sigma_px * Eigen::Matrix<double, 8, 8>::Identity();
+  return tag.covariance && !setup.options.corner_sigma_px ? *tag.covariance + other : other;
+}
+
 void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& input, Graph* graph) {
   TagObservation observation;
-  observation.pixel_covariances.fill(sigma_px * sigma_px * Eigen::Matrix2d::Identity());
   for (size_t i = 0; i < input.frames.size(); ++i) {
     const auto& tags = input.frames[i].tags;
     for (size_t k = 0; k < tags.size(); ++k) {
       observation.corners_in_world = setup.map.CornersInWorld(tags[k].id);
       observation.pixels = tags[k].corners;
+      observation.covariance = CornerCovariance(setup, tags[k], sigma_px);
       Factor factor;
       factor.kind = FactorKind::kTag;
       factor.blocks = {PoseOf(static_cast<int>(i))};
@@ -63,10 +83,9 @@ void AddMotion(const NoiseModel& noise, Graph* graph) {
     const int k = static_cast<int>(i);
     Factor factor;
     factor.kind = FactorKind::kMotion;
-    factor.blocks = {PoseOf(k), TwistOf(k), PoseOf(k + 1), TwistOf(k + 1)};
-    factor.cost = std::make_shared<ConstantVelocityResidual>(
-        ToSeconds(graph->states[i + 1].t_ns - graph->states[i].t_ns), noise.accel_psd,
-        noise.angular_accel_psd);
+    factor.blocks = {PoseOf(k), RatesOf(k), PoseOf(k + 1), RatesOf(k + 1)};
+    factor.cost = std::make_shared<MotionResidual>(
+        ToSeconds(graph->states[i + 1].t_ns - graph->states[i].t_ns), noise.linear, noise.angular);
     graph->factors.push_back(std::move(factor));
   }
 }
@@ -150,9 +169,9 @@ bool CanBeEvaluated(const Graph& graph, const Factor& factor) {
 Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input) {
   Graph graph;
   for (const GraphFrame& frame : input.frames) {
-    graph.states.push_back(ToGraphState(frame.t_ns, frame.state));
+    graph.states.push_back(ToGraphState(frame.t_ns, frame.state, frame.acceleration));
   }
-  graph.factors.push_back(input.prior ? *input.prior : FirstTwistPrior());
+  graph.factors.push_back(input.prior ? *input.prior : FirstRatesPrior(noise));
   AddTags(setup, noise.corner_sigma_px, input, &graph);
   AddMotion(noise, &graph);
   AddTracks(setup, noise.track_sigma_px, input, &graph);
@@ -165,6 +184,7 @@ Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const Gra
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {
   for (size_t i = 0; i < graph.states.size(); ++i) {
     (*frames)[i].state = ToBodyState(graph.states[i]);
+    (*frames)[i].acceleration = ToAcceleration(graph.states[i]);
   }
 }
 

@@ -33,6 +33,7 @@ EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_bod
 struct GraphFrame {
   int64_t t_ns = 0;
   BodyState state;                 // where the solve starts, and then its result
+  Acceleration acceleration;       // likewise
   std::vector<TagDetection> tags;  // accepted ones
 };
 
@@ -42,7 +43,7 @@ struct GraphInput {
   int first_frame = 0;  // of `frames`, in the count of the segments
   std::vector<TrackSegment>
       segments;                 // those with views outside the frames, or one view, are passed over
-  std::optional<Factor> prior;  // of marginalised states; without one the first twist gets a
+  std::optional<Factor> prior;  // of marginalised states; without one the first rates get a
                                 // weak one, for a single frame says nothing about motion
 };
 

@@ -12,6 +12,8 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+constexpr int kSize = BlockBandedMatrix::kSize;
+
 // Where a block starts in the error state of its state.
 int OffsetInState(BlockRef::Kind kind) { return kind == BlockRef::Kind::kPose ? 0 : 6; }
 
@@ -50,15 +52,16 @@ void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSyst
   for (const BlockRef& a : factor.blocks) {
     const int size_a = TangentSize(a.kind);
     if (a.kind != BlockRef::Kind::kPoint) {
-      const auto jacobian_a = linear.jacobian.middleCols<6>(column_a);
-      system->gradient.segment<6>(12 * a.index + OffsetInState(a.kind)).noalias() +=
+      const auto jacobian_a = linear.jacobian.middleCols(column_a, size_a);
+      system->gradient.segment(kSize * a.index + OffsetInState(a.kind), size_a).noalias() +=
           jacobian_a.transpose() * linear.residual;
       int column_b = 0;
       for (const BlockRef& b : factor.blocks) {
         if (b.kind != BlockRef::Kind::kPoint && b.index <= a.index) {
           system->hessian.At(a.index, b.index)
-              .block<6, 6>(OffsetInState(a.kind), OffsetInState(b.kind))
-              .noalias() += jacobian_a.transpose() * linear.jacobian.middleCols<6>(column_b);
+              .block(OffsetInState(a.kind), OffsetInState(b.kind), size_a, TangentSize(b.kind))
+              .noalias() +=
+              jacobian_a.transpose() * linear.jacobian.middleCols(column_b, TangentSize(b.kind));
         }
         column_b += TangentSize(b.kind);
       }
@@ -82,7 +85,7 @@ void EliminatePoint(const PointSystem& point, LinearSystem* system) {
   if (!inverse.allFinite()) return;
   for (const auto& [a, pose_point_a] : point.pose_point) {
     const Eigen::Matrix<double, 6, 2> gain = pose_point_a * inverse;
-    system->gradient.segment<6>(12 * a).noalias() -= gain * point.gradient;
+    system->gradient.segment<6>(kSize * a).noalias() -= gain * point.gradient;
     for (const auto& [b, pose_point_b] : point.pose_point) {
       if (b > a) continue;
       system->hessian.At(a, b).topLeftCorner<6, 6>().noalias() -= gain * pose_point_b.transpose();
@@ -92,7 +95,17 @@ void EliminatePoint(const PointSystem& point, LinearSystem* system) {
 
 }  // namespace
 
-int TangentSize(BlockRef::Kind kind) { return kind == BlockRef::Kind::kPoint ? 2 : 6; }
+int TangentSize(BlockRef::Kind kind) {
+  switch (kind) {
+    case BlockRef::Kind::kPose:
+      return 6;
+    case BlockRef::Kind::kRates:
+      return 12;
+    case BlockRef::Kind::kPoint:
+      return 2;
+  }
+  return 0;
+}
 
 bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out) {
   const auto& sizes = factor.cost->parameter_block_sizes();
@@ -138,7 +151,7 @@ bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
   const int size = static_cast<int>(graph.states.size());
   LinearSystem system{BlockBandedMatrix(size, std::min(size - 1, Bandwidth(graph, use))),
-                      Eigen::VectorXd::Zero(12 * size)};
+                      Eigen::VectorXd::Zero(kSize * size)};
   std::vector<PointSystem> points(graph.points.size());
   LinearFactor linear;
   for (size_t f = 0; f < graph.factors.size(); ++f) {

@@ -8,7 +8,7 @@
 namespace tagtwist {
 
 /// A factor linearised at the graph's values: whitened residual and Jacobian in the tangents of its
-/// blocks side by side (pose 6, twist 6, point 2), both scaled by the square root of the robust
+/// blocks side by side (pose 6, rates 12, point 2), both scaled by the square root of the robust
 /// weight.
 struct LinearFactor {
   Eigen::VectorXd residual;
@@ -23,8 +23,8 @@ bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out
 /// Columns of a block in its factor's Jacobian.
 int TangentSize(BlockRef::Kind kind);
 
-/// Normal equations H d = -gradient over the error states (BodyState order: theta, p, v, omega) of
-/// all states, the points eliminated by their Schur complement.
+/// Normal equations H d = -gradient over the error states of
+/// all states (see GraphState), the points eliminated by their Schur complement.
 struct LinearSystem {
   BlockBandedMatrix hessian{0, 0};
   Eigen::VectorXd gradient;

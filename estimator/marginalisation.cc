@@ -14,25 +14,27 @@ namespace {
 
 // Blocks other than those of state 0 and points that the used factors touch, in order.
 std::vector<BlockRef> RemainingBlocks(const Graph& graph, const std::vector<bool>& use) {
-  std::vector<std::pair<int, int>> found;  // state, 0 pose or 1 twist
+  std::vector<std::pair<int, int>> found;  // state, 0 pose or 1 rates
   for (size_t f = 0; f < graph.factors.size(); ++f) {
     if (!use[f]) continue;
     for (const BlockRef& block : graph.factors[f].blocks) {
       if (block.kind == BlockRef::Kind::kPoint || block.index == 0) continue;
-      found.emplace_back(block.index, block.kind == BlockRef::Kind::kTwist ? 1 : 0);
+      found.emplace_back(block.index, block.kind == BlockRef::Kind::kRates ? 1 : 0);
     }
   }
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   std::vector<BlockRef> blocks;
-  for (const auto& [state, is_twist] : found) {
-    blocks.push_back({is_twist == 1 ? BlockRef::Kind::kTwist : BlockRef::Kind::kPose, state});
+  for (const auto& [state, is_rates] : found) {
+    blocks.push_back({is_rates == 1 ? BlockRef::Kind::kRates : BlockRef::Kind::kPose, state});
   }
   return blocks;
 }
 
+constexpr int kSize = BlockBandedMatrix::kSize;
+
 int Row(const BlockRef& block) {
-  return 12 * block.index + (block.kind == BlockRef::Kind::kTwist ? 6 : 0);
+  return kSize * block.index + (block.kind == BlockRef::Kind::kRates ? 6 : 0);
 }
 
 // Normal equations of the remaining blocks after the Schur complement over state 0.
@@ -42,29 +44,35 @@ struct Marginal {
 };
 
 Marginal SchurComplement(const LinearSystem& system, const std::vector<BlockRef>& blocks) {
-  const auto size = static_cast<Eigen::Index>(6 * blocks.size());
+  Eigen::Index size = 0;
+  for (const BlockRef& block : blocks) size += TangentSize(block.kind);
   Marginal m{Eigen::MatrixXd(size, size), Eigen::VectorXd(size)};
-  Eigen::MatrixXd cross(12, size);  // H(state 0, blocks)
-  const auto block_at = [&](const BlockRef& a, const BlockRef& b) -> Eigen::Matrix<double, 6, 6> {
-    if (a.index - b.index > system.hessian.bandwidth()) return Eigen::Matrix<double, 6, 6>::Zero();
-    return system.hessian.At(a.index, b.index).block<6, 6>(Row(a) % 12, Row(b) % 12);
+  Eigen::MatrixXd cross(kSize, size);  // H(state 0, blocks)
+  const auto block_at = [&](const BlockRef& a, const BlockRef& b) -> Eigen::MatrixXd {
+    const int rows = TangentSize(a.kind), columns = TangentSize(b.kind);
+    if (a.index - b.index > system.hessian.bandwidth()) return Eigen::MatrixXd::Zero(rows, columns);
+    return system.hessian.At(a.index, b.index).block(Row(a) % kSize, Row(b) % kSize, rows, columns);
   };
+  Eigen::Index row = 0;
   for (size_t i = 0; i < blocks.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(6 * i);
-    m.gradient.segment<6>(row) = system.gradient.segment<6>(Row(blocks[i]));
-    cross.block<6, 6>(0, row) = block_at(blocks[i], {BlockRef::Kind::kPose, 0}).transpose();
-    cross.block<6, 6>(6, row) = block_at(blocks[i], {BlockRef::Kind::kTwist, 0}).transpose();
+    const int rows = TangentSize(blocks[i].kind);
+    m.gradient.segment(row, rows) = system.gradient.segment(Row(blocks[i]), rows);
+    cross.block(0, row, 6, rows) = block_at(blocks[i], {BlockRef::Kind::kPose, 0}).transpose();
+    cross.block(6, row, 12, rows) = block_at(blocks[i], {BlockRef::Kind::kRates, 0}).transpose();
+    Eigen::Index column = 0;
     for (size_t j = 0; j <= i; ++j) {
-      const auto column = static_cast<Eigen::Index>(6 * j);
-      const Eigen::Matrix<double, 6, 6> block = block_at(blocks[i], blocks[j]);
-      m.hessian.block<6, 6>(row, column) = block;
-      m.hessian.block<6, 6>(column, row) = block.transpose();
+      const int columns = TangentSize(blocks[j].kind);
+      const Eigen::MatrixXd block = block_at(blocks[i], blocks[j]);
+      m.hessian.block(row, column, rows, columns) = block;
+      m.hessian.block(column, row, columns, rows) = block.transpose();
+      column += columns;
     }
+    row += rows;
   }
-  const Eigen::LDLT<Eigen::Matrix<double, 12, 12>> leaving(
+  const Eigen::LDLT<BlockBandedMatrix::Block> leaving(
       system.hessian.At(0, 0).selfadjointView<Eigen::Lower>());
   m.hessian.noalias() -= cross.transpose() * leaving.solve(cross);
-  m.gradient.noalias() -= cross.transpose() * leaving.solve(system.gradient.head<12>());
+  m.gradient.noalias() -= cross.transpose() * leaving.solve(system.gradient.head<kSize>());
   return m;
 }
 
@@ -85,7 +93,7 @@ Factor MakePriorFactor(const Graph& graph, const std::vector<BlockRef>& blocks, 
   for (const BlockRef& block : blocks) {
     const bool is_pose = block.kind == BlockRef::Kind::kPose;
     prior_blocks.push_back(
-        {is_pose, Eigen::Map<const Eigen::VectorXd>(graph.Parameters(block), is_pose ? 7 : 6)});
+        {is_pose, Eigen::Map<const Eigen::VectorXd>(graph.Parameters(block), is_pose ? 7 : 12)});
     factor.blocks.push_back({block.kind, block.index - 1});
   }
   factor.cost = std::make_shared<PriorResidual>(

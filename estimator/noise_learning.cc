@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "estimator/linear_system.h"
+#include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist {
 namespace {
@@ -48,31 +49,47 @@ double TypicalTagScale(const Graph& graph) {
   return norms.empty() ? 1.0 : Median(&norms) / kMedianChi2Of8;
 }
 
-// tr(J P J') of rows [first_row, first_row + 6) of a motion factor between states k and k + 1.
-double MotionLeverage(const LinearFactor& linear, const BlockBandedMatrix& p, int k,
-                      int first_row) {
-  Eigen::Matrix<double, 24, 24> joint;
+// tr(J P J') of the first `rows` rows from first_row of a motion factor between states k and k + 1.
+double MotionLeverage(const LinearFactor& linear, const BlockBandedMatrix& p, int k, int first_row,
+                      int rows) {
+  constexpr int kSize = BlockBandedMatrix::kSize;
+  Eigen::Matrix<double, 2 * kSize, 2 * kSize> joint;
   joint << p.At(k, k), p.At(k + 1, k).transpose(), p.At(k + 1, k), p.At(k + 1, k + 1);
-  const auto j = linear.jacobian.middleRows<6>(first_row);
-  return (j * joint * j.transpose()).trace();
+  const auto j = linear.jacobian.middleRows(first_row, rows);
+  return (j * joint).cwiseProduct(j).sum();
+}
+
+// Statistic of the nine rows of one part. Under white noise on acceleration the last three hold the
+// idle acceleration and say nothing.
+VarianceStatistic PartStatistic(const LinearFactor& linear, const BlockBandedMatrix& covariance,
+                                int k, const MotionPrior& prior, int first_row) {
+  const int rows = prior.on == WhiteNoiseOn::kJerk ? 9 : 6;
+  return {linear.residual.segment(first_row, rows).squaredNorm() * prior.psd,
+          rows - MotionLeverage(linear, covariance, k, first_row, rows)};
 }
 
 void AddMotion(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
                const NoiseModel& noise, NoiseStatistics* out) {
-  out->angular_accel += {linear.residual.head<6>().squaredNorm() * noise.angular_accel_psd,
-                         6 - MotionLeverage(linear, covariance, k, 0)};
-  out->accel += {linear.residual.tail<6>().squaredNorm() * noise.accel_psd,
-                 6 - MotionLeverage(linear, covariance, k, 6)};
+  out->angular += PartStatistic(linear, covariance, k, noise.angular, 0);
+  out->linear += PartStatistic(linear, covariance, k, noise.linear, 9);
 }
 
-void AddTag(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
-            const NoiseModel& noise, double typical_scale, NoiseStatistics* out) {
-  const double s = SquaredNorm(linear);
-  if (s > kInlierChi2Of8 * typical_scale) return;
+// The tag's covariance is C + s^2 I, C its own. The score of the likelihood by s^2 is zero where
+// s^2 = s^2 (e' R^-2 e) / tr(R^-1 - R^-1 J P J' R^-1), R = C + s^2 I: with C = 0 MacKay's fixed
+// point, and with s^2 far below C a statistic of next to no degrees of freedom.
+void AddTag(const Factor& factor, const LinearFactor& linear,
+            const BlockBandedMatrix& covariance, double s2, double typical_scale,
+            NoiseStatistics* out) {
+  const double norm = SquaredNorm(linear);
+  if (norm > kInlierChi2Of8 * typical_scale) return;
+  const auto& cost = static_cast<const TagReprojectionResidual&>(*factor.cost);
+  const Eigen::Matrix<double, 8, 8> scaled = std::sqrt(s2) * cost.whitener().transpose();
+  const int k = factor.blocks.front().index;
   const Eigen::Matrix<double, 6, 6> pose = covariance.At(k, k).topLeftCorner<6, 6>();
-  const double leverage =
-      (linear.jacobian * pose * linear.jacobian.transpose()).trace() / linear.weight;
-  out->corner += {s * noise.corner_sigma_px * noise.corner_sigma_px, std::max(0.0, 8 - leverage)};
+  const Eigen::Matrix<double, 8, 6> jacobian = scaled * linear.jacobian;
+  const double leverage = (jacobian * pose).cwiseProduct(jacobian).sum() / linear.weight;
+  out->corner += {s2 * (scaled * linear.residual).squaredNorm() / linear.weight,
+                  std::max(0.0, scaled.squaredNorm() - leverage)};
 }
 
 double Bounded(double ratio) { return std::clamp(ratio, 0.1, 10.0); }
@@ -84,11 +101,28 @@ double Updated(double variance, const VarianceStatistic& statistic, double low, 
   return std::clamp(variance * ratio, low, high);
 }
 
+bool IsGiven(const std::optional<double>& accel, const std::optional<double>& jerk) {
+  return accel || jerk;
+}
+
 std::string Source(const EstimatorOptions& options, const char* otherwise) {
   const int given = (options.corner_sigma_px ? 1 : 0) + (options.track_sigma_px ? 1 : 0) +
-                    (options.accel_psd ? 1 : 0) + (options.angular_accel_psd ? 1 : 0);
+                    (IsGiven(options.accel_psd, options.jerk_psd) ? 1 : 0) +
+                    (IsGiven(options.angular_accel_psd, options.angular_jerk_psd) ? 1 : 0);
   if (given == 4) return "given";
   return given == 0 ? otherwise : std::string(otherwise) + ", given";
+}
+
+// One part's prior as the options say it; `start` holds the densities to begin with.
+MotionPrior InitialPrior(const EstimatorOptions& options, const std::optional<double>& accel,
+                         const std::optional<double>& jerk, WhiteNoiseOn open, double start_accel,
+                         double start_jerk) {
+  if (accel) return {WhiteNoiseOn::kAcceleration, *accel};
+  if (jerk) return {WhiteNoiseOn::kJerk, *jerk};
+  WhiteNoiseOn on = open;
+  if (options.motion_prior == "acceleration") on = WhiteNoiseOn::kAcceleration;
+  if (options.motion_prior == "jerk") on = WhiteNoiseOn::kJerk;
+  return {on, on == WhiteNoiseOn::kJerk ? start_jerk : start_accel};
 }
 
 }  // namespace
@@ -102,13 +136,13 @@ VarianceStatistic& VarianceStatistic::operator+=(const VarianceStatistic& other)
 NoiseStatistics& NoiseStatistics::operator+=(const NoiseStatistics& other) {
   corner += other.corner;
   track += other.track;
-  accel += other.accel;
-  angular_accel += other.angular_accel;
+  linear += other.linear;
+  angular += other.angular;
   return *this;
 }
 
 NoiseStatistics NoiseStatistics::operator*(double factor) const {
-  return {corner * factor, track * factor, accel * factor, angular_accel * factor};
+  return {corner * factor, track * factor, linear * factor, angular * factor};
 }
 
 NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatrix& covariance,
@@ -124,7 +158,8 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
     if (factor.kind == FactorKind::kMotion) {
       AddMotion(linear, covariance, k, noise, &out);
     } else if (factor.kind == FactorKind::kTag) {
-      AddTag(linear, covariance, k, noise, typical_scale, &out);
+      AddTag(factor, linear, covariance, noise.corner_sigma_px * noise.corner_sigma_px,
+             typical_scale, &out);
     } else if (factor.kind == FactorKind::kTrack && SquaredNorm(linear) < kInlierChi2Of2) {
       const auto point = static_cast<size_t>(factor.blocks.back().index);
       ++views[point];
@@ -140,12 +175,18 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
   return out;
 }
 
-NoiseModel InitialNoise(const EstimatorOptions& options) {
+bool MotionPriorIsOpen(const EstimatorOptions& options) {
+  return options.motion_prior == "auto" && !IsGiven(options.accel_psd, options.jerk_psd) &&
+         !IsGiven(options.angular_accel_psd, options.angular_jerk_psd);
+}
+
+NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open) {
   NoiseModel noise;
   noise.corner_sigma_px = options.corner_sigma_px.value_or(noise.corner_sigma_px);
   noise.track_sigma_px = options.track_sigma_px.value_or(noise.track_sigma_px);
-  noise.accel_psd = options.accel_psd.value_or(noise.accel_psd);
-  noise.angular_accel_psd = options.angular_accel_psd.value_or(noise.angular_accel_psd);
+  noise.linear = InitialPrior(options, options.accel_psd, options.jerk_psd, open, 1.0, 30.0);
+  noise.angular =
+      InitialPrior(options, options.angular_accel_psd, options.angular_jerk_psd, open, 10.0, 300.0);
   noise.source = Source(options, "default");
   return noise;
 }
@@ -163,11 +204,11 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
     out.track_sigma_px = std::sqrt(
         Updated(square(noise.track_sigma_px), statistics.track, square(least), square(20.0)));
   }
-  if (!options.accel_psd) {
-    out.accel_psd = Updated(noise.accel_psd, statistics.accel, 1e-8, 1e5);
+  if (!IsGiven(options.accel_psd, options.jerk_psd)) {
+    out.linear.psd = Updated(noise.linear.psd, statistics.linear, 1e-8, 1e7);
   }
-  if (!options.angular_accel_psd) {
-    out.angular_accel_psd = Updated(noise.angular_accel_psd, statistics.angular_accel, 1e-8, 1e6);
+  if (!IsGiven(options.angular_accel_psd, options.angular_jerk_psd)) {
+    out.angular.psd = Updated(noise.angular.psd, statistics.angular, 1e-8, 1e8);
   }
   out.source = Source(options, "learned");
   return out;
@@ -176,7 +217,7 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
 NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& updated) {
   const auto logs = [](const NoiseModel& m) {
     return std::array<double, 4>{std::log(m.corner_sigma_px), std::log(m.track_sigma_px),
-                                 std::log(m.accel_psd), std::log(m.angular_accel_psd)};
+                                 std::log(m.linear.psd), std::log(m.angular.psd)};
   };
   const std::array<double, 4> from = logs(before), to = logs(updated);
   std::array<double, 4> step{}, extra{};
@@ -196,16 +237,16 @@ NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& 
   NoiseModel out = updated;
   out.corner_sigma_px *= std::exp(extra[0]);
   out.track_sigma_px *= std::exp(extra[1]);
-  out.accel_psd *= std::exp(extra[2]);
-  out.angular_accel_psd *= std::exp(extra[3]);
+  out.linear.psd *= std::exp(extra[2]);
+  out.angular.psd *= std::exp(extra[3]);
   return out;
 }
 
 double NoiseChange(const NoiseModel& a, const NoiseModel& b) {
   return std::max({std::abs(std::log(a.corner_sigma_px / b.corner_sigma_px)),
                    std::abs(std::log(a.track_sigma_px / b.track_sigma_px)),
-                   0.5 * std::abs(std::log(a.accel_psd / b.accel_psd)),
-                   0.5 * std::abs(std::log(a.angular_accel_psd / b.angular_accel_psd))});
+                   0.5 * std::abs(std::log(a.linear.psd / b.linear.psd)),
+                   0.5 * std::abs(std::log(a.angular.psd / b.angular.psd))});
 }
 
 }  // namespace tagtwist

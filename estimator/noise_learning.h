@@ -22,7 +22,7 @@ struct VarianceStatistic {
 
 /// Statistics of all four sources.
 struct NoiseStatistics {
-  VarianceStatistic corner, track, accel, angular_accel;
+  VarianceStatistic corner, track, linear, angular;
   NoiseStatistics& operator+=(const NoiseStatistics& other);
   NoiseStatistics operator*(double factor) const;
 };
@@ -38,8 +38,12 @@ struct StateRange {
 NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatrix& covariance,
                                        const NoiseModel& noise, const StateRange& range);
 
-/// Noise to begin with: given values, defaults elsewhere; source "default" or "given".
-NoiseModel InitialNoise(const EstimatorOptions& options);
+/// Whether the options leave open what of the motion is white noise.
+bool MotionPriorIsOpen(const EstimatorOptions& options);
+
+/// Noise to begin with: given values, defaults elsewhere; source "default" or "given". Where the
+/// options leave the motion prior open it is `open`.
+NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open = WhiteNoiseOn::kJerk);
 
 /// Noise from statistics, given values kept; a step changes a parameter at most tenfold. A source
 /// with less than one degree of freedom keeps its value.

@@ -34,6 +34,7 @@ std::optional<GraphFrame> SlidingWindow::MakeFrame(const FrameMeasurements& meas
   if (!first) {
     const GraphFrame& last = input_.frames.back();
     frame.state = Predict(last.state, ToSeconds(frame.t_ns - last.t_ns));
+    frame.acceleration = last.acceleration;
   } else if (measurement.closed_form.twist_ransac) {
     frame.state.twist = *measurement.closed_form.twist_ransac;
   }
@@ -80,7 +81,7 @@ FrameEstimate SlidingWindow::EstimateOf(int state) const {
   const GraphFrame& frame = input_.frames[static_cast<size_t>(state)];
   return ToFrameEstimate(closed_forms_[static_cast<size_t>(state)],
                          n_tracks_[static_cast<size_t>(state)], frame,
-                         solution_->covariance.At(state, state));
+                         BodyCovariance(solution_->covariance, state));
 }
 
 void SlidingWindow::LearnFromLeavingState() {

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "estimator/linear_system.h"
+#include "residuals/motion_residual.h"
+#include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist {
 namespace {
@@ -19,6 +21,19 @@ void DropSegments(const std::vector<bool>& drop, GraphInput* input) {
   input->segments = std::move(kept);
 }
 
+// Half of the log determinants of the inverse noise covariances that the residuals are whitened by.
+double LogDetInformation(const Graph& graph) {
+  double sum = 0;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind == FactorKind::kTag) {
+      sum += static_cast<const TagReprojectionResidual&>(*factor.cost).LogDetInformation();
+    } else if (factor.kind == FactorKind::kMotion) {
+      sum += static_cast<const MotionResidual&>(*factor.cost).LogDetInformation();
+    }
+  }
+  return 0.5 * sum;
+}
+
 }  // namespace
 
 Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -30,6 +45,8 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
   const BlockBandedCholesky cholesky(Linearize(out.graph).hessian);
   if (!cholesky.ok()) return Error{"the normal equations are not positive definite"};
   out.covariance = cholesky.SelectedInverse();
+  out.log_likelihood =
+      LogDetInformation(out.graph) - summary.final_cost - 0.5 * cholesky.LogDeterminant();
   return out;
 }
 
@@ -86,6 +103,10 @@ std::vector<bool> ContradictedSegments(const Graph& graph, size_t n) {
     if (linear.weight < kLeastWeight) out[static_cast<size_t>(factor.source)] = true;
   }
   return out;
+}
+
+StateCovariance BodyCovariance(const BlockBandedMatrix& covariance, int state) {
+  return covariance.At(state, state).topLeftCorner<12, 12>();
 }
 
 FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,

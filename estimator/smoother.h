@@ -13,6 +13,9 @@ namespace tagtwist {
 struct Solution {
   Graph graph;
   BlockBandedMatrix covariance{0, 0};
+  /// Of the measurements given the noise, the states integrated out (Laplace), but for a constant
+  /// that depends on the measurements alone.
+  double log_likelihood = 0;
 };
 
 /// Builds the graph of the input, solves it, and inverts its normal equations. What batch and
@@ -36,6 +39,9 @@ void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames);
 
 /// Which of n segments the solution contradicts in some view: a moving object, a slipped track.
 std::vector<bool> ContradictedSegments(const Graph& graph, size_t n);
+
+/// Covariance of a state's BodyState.
+StateCovariance BodyCovariance(const BlockBandedMatrix& covariance, int state);
 
 /// A frame of the result.
 FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,

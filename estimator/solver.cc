@@ -32,7 +32,7 @@ ceres::Solver::Options MakeCeresOptions(const SolveOptions& options, Graph* grap
   for (auto& point : graph->points) ordering->AddElementToGroup(point.data(), 0);
   for (auto& state : graph->states) {
     ordering->AddElementToGroup(state.pose.params.data(), 1);
-    ordering->AddElementToGroup(state.twist.data(), 1);
+    ordering->AddElementToGroup(state.rates.data(), 1);
   }
   out.linear_solver_ordering = std::move(ordering);
   return out;
@@ -49,7 +49,7 @@ SolveSummary Solve(const SolveOptions& options, Graph* graph) {
   ceres::Problem problem(problem_options);
   for (auto& state : graph->states) {
     problem.AddParameterBlock(state.pose.params.data(), 7, &manifold);
-    problem.AddParameterBlock(state.twist.data(), 6);
+    problem.AddParameterBlock(state.rates.data(), 12);
   }
   for (auto& point : graph->points) problem.AddParameterBlock(point.data(), 2);
   std::vector<double*> parameters;

@@ -1,6 +1,7 @@
 #include "estimator/summary_json.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "estimator/quantile.h"
@@ -35,12 +36,38 @@ Json TimingJson(const StageTimes& times) {
           {"frame", PercentilesJson(times.frame_ms)}};
 }
 
-Json NoiseJson(const NoiseModel& noise) {
+const char* Name(WhiteNoiseOn on) {
+  return on == WhiteNoiseOn::kJerk ? "white_noise_on_jerk" : "white_noise_on_acceleration";
+}
+
+// Density of the white noise on acceleration that makes twists change as much from frame to frame
+// as the estimated ones do: sum |change|^2 / (3 sum dt). Of v_world and of omega_body.
+std::array<double, 2> AccelerationDensities(const std::vector<FrameEstimate>& frames) {
+  double linear = 0, angular = 0, time_s = 0;
+  for (size_t i = 1; i < frames.size(); ++i) {
+    const FrameEstimate &a = frames[i - 1], &b = frames[i];
+    if (a.status == FrameStatus::kNoFix || b.status == FrameStatus::kNoFix) continue;
+    linear += (b.state.twist.v_world - a.state.twist.v_world).squaredNorm();
+    angular += (b.state.twist.omega_body - a.state.twist.omega_body).squaredNorm();
+    time_s += ToSeconds(b.t_ns - a.t_ns);
+  }
+  if (!(time_s > 0)) return {0, 0};
+  return {linear / (3 * time_s), angular / (3 * time_s)};
+}
+
+Json NoiseJson(const NoiseModel& noise, const std::vector<FrameEstimate>& frames) {
+  const bool linear_jerk = noise.linear.on == WhiteNoiseOn::kJerk;
+  const bool angular_jerk = noise.angular.on == WhiteNoiseOn::kJerk;
+  const auto [accel, angular_accel] = AccelerationDensities(frames);
   return {{"corner_sigma_px", noise.corner_sigma_px},
           {"track_sigma_px", noise.track_sigma_px},
-          {"accel_psd", noise.accel_psd},
-          {"angular_accel_psd", noise.angular_accel_psd},
-          {"source", noise.source}};
+          {"accel_psd", linear_jerk ? accel : noise.linear.psd},
+          {"angular_accel_psd", angular_jerk ? angular_accel : noise.angular.psd},
+          {"source", noise.source},
+          {"linear_prior", Name(noise.linear.on)},
+          {"angular_prior", Name(noise.angular.on)},
+          {"jerk_psd", linear_jerk ? Json(noise.linear.psd) : Json(nullptr)},
+          {"angular_jerk_psd", angular_jerk ? Json(noise.angular.psd) : Json(nullptr)}};
 }
 
 }  // namespace
@@ -96,7 +123,7 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
                     [](const FrameEstimate& f) { return f.status != FrameStatus::kNoFix; });
   out["reprojection_px"] = {{"median", QuantileJson(estimate.reprojection_px, 0.5)},
                             {"p95", QuantileJson(estimate.reprojection_px, 0.95)}};
-  out["noise"] = NoiseJson(estimate.noise);
+  out["noise"] = NoiseJson(estimate.noise, estimate.frames);
   out["timing_ms"] = TimingJson(estimate.times);
   out["wall_s"] = facts.wall_s;
   out["peak_rss_mib"] = facts.peak_rss_mib;

@@ -8,13 +8,14 @@ namespace tagtwist {
 
 /// One parameter block of a prior and the value it was linearised at.
 struct PriorBlock {
-  bool is_pose = false;  // 7 parameters on the PoseManifold, tangent 6; else 6 plain ones (twist)
-  Eigen::VectorXd reference;  // 7 or 6 parameters
+  bool is_pose = false;       // 7 parameters on the PoseManifold, tangent 6; else plain ones (rates)
+  Eigen::VectorXd reference;  // the parameters
 };
 
-/// Gaussian prior on poses and twists, as marginalisation leaves it:
+/// Gaussian prior on poses and rates, as marginalisation leaves it:
 ///   r = jacobian * d + offset,   d = stacked differences of the blocks from their references
-/// (pose: the tangent of pose.h; twist: plain). Rows: those of jacobian (m x 6 blocks).
+/// (pose: the tangent of pose.h; rates: plain). Rows: those of jacobian, which has a column for
+/// each entry of d.
 /// The references stay where the prior was linearised: first estimates, for consistency.
 class PriorResidual final : public ceres::CostFunction {
  public:

@@ -15,9 +15,7 @@ TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observati
       camera_(camera),
       cam_from_body_rotation_(cam_from_body.rotation().toRotationMatrix()),
       body_in_cam_(cam_from_body.translation()) {
-  for (size_t i = 0; i < 4; ++i) {
-    whiteners_[i] = observation.pixel_covariances[i].inverse().llt().matrixU();
-  }
+  whitener_ = observation.covariance.inverse().llt().matrixU();
 }
 
 bool TagReprojectionResidual::Evaluate(double const* const* parameters, double* residuals,
@@ -27,8 +25,8 @@ bool TagReprojectionResidual::Evaluate(double const* const* parameters, double* 
   const Eigen::Map<const Eigen::Vector3d> body_in_world(parameters[0] + 4);
   const bool wants_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
 
-  Eigen::Map<Eigen::Matrix<double, 8, 1>> residual(residuals);
-  Eigen::Matrix<double, 8, 6> d_residual_d_tangent;
+  Eigen::Matrix<double, 8, 1> error;
+  Eigen::Matrix<double, 8, 6> d_error_d_tangent;
   for (int i = 0; i < 4; ++i) {
     const auto c = static_cast<size_t>(i);
     const Eigen::Vector3d corner_in_body =
@@ -39,19 +37,20 @@ bool TagReprojectionResidual::Evaluate(double const* const* parameters, double* 
     if (!camera_.Project(corner_in_cam, &predicted, wants_jacobian ? &d_pixel_d_cam : nullptr)) {
       return false;
     }
-    residual.segment<2>(2 * i) = whiteners_[c] * (predicted - pixels_[c]);
+    error.segment<2>(2 * i) = predicted - pixels_[c];
     if (!wants_jacobian) continue;
     Eigen::Matrix<double, 3, 6> d_body_d_tangent;  // tangent = [theta, rho], see pose.h
     d_body_d_tangent << Hat(corner_in_body), -body_from_world_rotation;
-    d_residual_d_tangent.middleRows<2>(2 * i) =
-        whiteners_[c] * d_pixel_d_cam * cam_from_body_rotation_ * d_body_d_tangent;
+    d_error_d_tangent.middleRows<2>(2 * i) =
+        d_pixel_d_cam * cam_from_body_rotation_ * d_body_d_tangent;
   }
+  Eigen::Map<Eigen::Matrix<double, 8, 1>>(residuals).noalias() = whitener_ * error;
   if (!wants_jacobian) return true;
 
   Eigen::Matrix<double, 6, 7, Eigen::RowMajor> lift;  // tangent -> ambient
   PoseManifold().MinusJacobian(parameters[0], lift.data());
   Eigen::Map<Eigen::Matrix<double, 8, 7, Eigen::RowMajor>>(jacobians[0]).noalias() =
-      d_residual_d_tangent * lift;
+      whitener_ * (d_error_d_tangent * lift);
   return true;
 }
 

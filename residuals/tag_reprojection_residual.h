@@ -9,16 +9,16 @@
 
 namespace tagtwist {
 
-/// Corners of one tag: where they are, where they were seen, how well (one pixel covariance each).
+/// Corners of one tag: where they are, where they were seen, how well.
 struct TagObservation {
-  std::array<Eigen::Vector3d, 4> corners_in_world;   // [m]
-  std::array<Eigen::Vector2d, 4> pixels;             // [px]
-  std::array<Eigen::Matrix2d, 4> pixel_covariances;  // [px^2]
+  std::array<Eigen::Vector3d, 4> corners_in_world;  // [m]
+  std::array<Eigen::Vector2d, 4> pixels;            // [px]
+  Eigen::Matrix<double, 8, 8> covariance;           // of u1 v1 .. u4 v4 [px^2]
 };
 
 /// Whitened reprojection of the four corners of a tag, 8x1, corner after corner:
-///   r_i = W_i (Project(cam_from_body * body_from_world * corner_in_world_i) - pixel_i),
-/// W_i'W_i = inverse of corner i's pixel covariance. One block, so that a robust loss judges the
+///   r = W (u - pixels),   u_i = Project(cam_from_body * body_from_world * corner_in_world_i),
+/// W'W = inverse of the corners' covariance. One block, so that a robust loss judges the
 /// tag as a whole: a wrong tag is wrong in all its corners. Block 0: world_from_body (Pose::params,
 /// PoseManifold). Evaluate returns false when a corner lies behind the camera.
 class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
@@ -28,10 +28,15 @@ class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
+  /// The W of above, upper triangular.
+  const Eigen::Matrix<double, 8, 8>& whitener() const { return whitener_; }
+  /// log det of the inverse covariance of the pixels.
+  double LogDetInformation() const { return 2 * whitener_.diagonal().array().log().sum(); }
+
  private:
   std::array<Eigen::Vector3d, 4> corners_in_world_;
   std::array<Eigen::Vector2d, 4> pixels_;
-  std::array<Eigen::Matrix2d, 4> whiteners_;
+  Eigen::Matrix<double, 8, 8> whitener_;
   Camera camera_;
   Eigen::Matrix3d cam_from_body_rotation_;
   Eigen::Vector3d body_in_cam_;

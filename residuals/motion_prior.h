@@ -1,0 +1,30 @@
+#pragma once
+#include <Eigen/Core>
+
+namespace tagtwist {
+
+/// What of a body's motion is white noise between two times: its acceleration (WNOA: the velocity
+/// is a random walk) or its jerk (WNOJ: the acceleration is; smoother, as bodies with mass fly).
+enum class WhiteNoiseOn { kAcceleration, kJerk };
+
+/// Gaussian process prior of one part of the motion, three axes alike. Axis state: [x, dx/dt,
+/// d2x/dt2]. With kAcceleration the third entry plays no part: it is 0 with unit variance at every
+/// state, independent of all else, so that both priors have the same states.
+struct MotionPrior {
+  WhiteNoiseOn on = WhiteNoiseOn::kJerk;
+  double psd = 1;  // power spectral density of the noise, > 0: [unit^2 / s^4 / Hz] or [.. s^6 / Hz]
+};
+
+/// Mean of an axis state dt_s later: [1 dt dt^2/2; 0 1 dt; 0 0 1], without the third column and row
+/// for kAcceleration. dt_s may be negative.
+Eigen::Matrix3d Transition(WhiteNoiseOn on, double dt_s);
+
+/// Covariance that dt_s >= 0 of noise add to an axis state: psd [dt^5/20 dt^4/8 dt^3/6; dt^4/8
+/// dt^3/3 dt^2/2; dt^3/6 dt^2/2 dt] for kJerk, psd [dt^3/3 dt^2/2; dt^2/2 dt] for kAcceleration
+/// (Barfoot, State Estimation for Robotics, ch. 11; Tang, Yoon and Barfoot 2019 for WNOJ).
+Eigen::Matrix3d ProcessCovariance(const MotionPrior& prior, double dt_s);
+
+/// Upper triangular W with W'W = ProcessCovariance^-1; dt_s > 0.
+Eigen::Matrix3d RootInformation(const MotionPrior& prior, double dt_s);
+
+}  // namespace tagtwist
