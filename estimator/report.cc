@@ -57,10 +57,13 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
 
 std::string NoiseText(const Estimate& e) {
   const NoiseModel& n = e.noise;
+  const bool jerk = n.linear.on == WhiteNoiseOn::kJerk;
+  const bool angular_jerk = n.angular.on == WhiteNoiseOn::kJerk;
   std::string out = Format(
-      "Noise (%s): corners %.3f px, tracks %.3f px, acceleration %.3g (m/s^2)^2/Hz, angular "
-      "acceleration %.3g (rad/s^2)^2/Hz.",
-      n.source.c_str(), n.corner_sigma_px, n.track_sigma_px, n.accel_psd, n.angular_accel_psd);
+      "Noise (%s): corners %.3f px, tracks %.3f px, %s %.3g %s, angular %s %.3g %s.",
+      n.source.c_str(), n.corner_sigma_px, n.track_sigma_px, jerk ? "jerk" : "acceleration",
+      n.linear.psd, jerk ? "(m/s^3)^2/Hz" : "(m/s^2)^2/Hz", angular_jerk ? "jerk" : "acceleration",
+      n.angular.psd, angular_jerk ? "(rad/s^3)^2/Hz" : "(rad/s^2)^2/Hz");
   if (!e.reprojection_px.empty()) {
     out += Format(
         " Corners lie %.3f px (median; 95 %% below %.3f px) from where the estimate puts "
