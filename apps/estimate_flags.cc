@@ -34,9 +34,10 @@ DEFINE_double(angular_accel_psd, 0,
               "Of that on angular acceleration [(rad/s^2)^2/Hz]; 0: likewise.");
 DEFINE_double(jerk_psd, 0, "Density of the white noise on jerk [(m/s^3)^2/Hz]; 0: likewise.");
 DEFINE_double(angular_jerk_psd, 0, "Of that on angular jerk [(rad/s^3)^2/Hz]; 0: likewise.");
-DEFINE_string(motion_prior, "",
-              "What of the motion is white noise: acceleration, jerk, or auto: what a given density "
-              "says, else the likelier (in the window: jerk); empty: the config's.");
+DEFINE_string(
+    motion_prior, "",
+    "What of the motion is white noise: acceleration, jerk, or auto: what a given density "
+    "says, else the likelier (in the window: jerk); empty: the config's.");
 DEFINE_int32(threads, 0,
              "Images measured at once; 0: as many as the machine has cores. Results do not depend "
              "on it.");
@@ -69,8 +70,8 @@ Usage EstimateUsage() {
                   {"What to write", {"output", "write_covariance"}},
                   {"How to estimate", {"sliding_window", "window_frames", "tracks"}},
                   {"Noise (learned from the data unless given)",
-                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
-                    "jerk_psd", "angular_jerk_psd"}},
+                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd",
+                    "angular_accel_psd", "jerk_psd", "angular_jerk_psd"}},
                   {"Running", {"threads"}}};
   return usage;
 }

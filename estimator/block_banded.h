@@ -5,10 +5,10 @@
 
 namespace tagtwist {
 
-/// Symmetric matrix of n x n blocks of kSize x kSize, zero beyond `bandwidth` blocks from the diagonal;
-/// only the lower triangle is kept. The normal equations of a trajectory have this shape once the
-/// tracked points are eliminated, so that factorising, solving and inverting within the band all
-/// cost O(n bandwidth^2).
+/// Symmetric matrix of n x n blocks of kSize x kSize, zero beyond `bandwidth` blocks from the
+/// diagonal; only the lower triangle is kept. The normal equations of a trajectory have this shape
+/// once the tracked points are eliminated, so that factorising, solving and inverting within the
+/// band all cost O(n bandwidth^2).
 class BlockBandedMatrix {
  public:
   static constexpr int kSize = 18;  // error state of a graph's state, see graph.h

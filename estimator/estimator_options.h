@@ -16,13 +16,13 @@ struct EstimatorOptions {
   /// What of the motion is white noise: "acceleration", "jerk", or "auto": that of the density that
   /// is given; else in batch what the data say (likelihood), in the window jerk.
   std::string motion_prior = "auto";
-  bool use_tracks = true;                   // KLT tracks enter the graph
-  int max_tracks_per_frame = 40;            // in the graph, >= 0
-  int track_segment_frames = 6;  // a track enters in pieces of at most this many frames, >= 2
-  double robust_scale = 2.0;     // Huber threshold, in root mean squares of a block, > 0
-  int window_frames = 15;        // states in the sliding window, >= 2
-  int max_iterations = 30;       // of a batch solve, >= 1
-  int window_iterations = 4;     // of a window's solve at each frame, >= 1
+  bool use_tracks = true;         // KLT tracks enter the graph
+  int max_tracks_per_frame = 40;  // in the graph, >= 0
+  int track_segment_frames = 6;   // a track enters in pieces of at most this many frames, >= 2
+  double robust_scale = 2.0;      // Huber threshold, in root mean squares of a block, > 0
+  int window_frames = 15;         // states in the sliding window, >= 2
+  int max_iterations = 30;        // of a batch solve, >= 1
+  int window_iterations = 4;      // of a window's solve at each frame, >= 1
 
   std::optional<std::string> Problem() const;
 

@@ -32,8 +32,7 @@ Factor FirstRatesPrior(const NoiseModel& noise) {
   Eigen::VectorXd sigmas(12);
   sigmas << Eigen::Vector3d::Constant(kFirstVelocitySigmaMps),
       Eigen::Vector3d::Constant(kFirstRateSigmaRadps),
-      Eigen::Vector3d::Constant(
-          FirstAccelerationSigma(noise.linear, kFirstAccelerationSigmaMps2)),
+      Eigen::Vector3d::Constant(FirstAccelerationSigma(noise.linear, kFirstAccelerationSigmaMps2)),
       Eigen::Vector3d::Constant(
           FirstAccelerationSigma(noise.angular, kFirstAngularAccelerationSigmaRadps2));
   Factor factor;

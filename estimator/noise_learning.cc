@@ -77,9 +77,8 @@ void AddMotion(const LinearFactor& linear, const BlockBandedMatrix& covariance, 
 // The tag's covariance is C + s^2 I, C its own. The score of the likelihood by s^2 is zero where
 // s^2 = s^2 (e' R^-2 e) / tr(R^-1 - R^-1 J P J' R^-1), R = C + s^2 I: with C = 0 MacKay's fixed
 // point, and with s^2 far below C a statistic of next to no degrees of freedom.
-void AddTag(const Factor& factor, const LinearFactor& linear,
-            const BlockBandedMatrix& covariance, double s2, double typical_scale,
-            NoiseStatistics* out) {
+void AddTag(const Factor& factor, const LinearFactor& linear, const BlockBandedMatrix& covariance,
+            double s2, double typical_scale, NoiseStatistics* out) {
   const double norm = SquaredNorm(linear);
   if (norm > kInlierChi2Of8 * typical_scale) return;
   const auto& cost = static_cast<const TagReprojectionResidual&>(*factor.cost);

@@ -39,8 +39,7 @@ Interpolator Outside(const MotionPrior& prior, double tau_s) {
   w.lambda = Transition(prior.on, tau_s);
   w.psi.setZero();
   const Eigen::Vector3d sign(1, tau_s < 0 ? -1 : 1, 1);
-  w.conditional =
-      sign.asDiagonal() * ProcessCovariance(prior, std::abs(tau_s)) * sign.asDiagonal();
+  w.conditional = sign.asDiagonal() * ProcessCovariance(prior, std::abs(tau_s)) * sign.asDiagonal();
   return w;
 }
 

@@ -72,8 +72,8 @@ bool MotionResidual::Evaluate(double const* const* parameters, double* residuals
   for (int i = 0; i < 3; ++i) {
     linear.segment<3>(3 * i) -= f_linear_(i, 0) * p1 + f_linear_(i, 1) * rates1.segment<3>(kV) +
                                 f_linear_(i, 2) * rates1.segment<3>(kA);
-    angular.segment<3>(3 * i) -= f_angular_(i, 1) * rates1.segment<3>(kOmega) +
-                                 f_angular_(i, 2) * rates1.segment<3>(kAlpha);
+    angular.segment<3>(3 * i) -=
+        f_angular_(i, 1) * rates1.segment<3>(kOmega) + f_angular_(i, 2) * rates1.segment<3>(kAlpha);
   }
   Eigen::Map<Eigen::Matrix<double, 18, 1>> r(residuals);
   r.segment<9>(kAngularRow) = Whiten(w_angular_, angular);

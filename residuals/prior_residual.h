@@ -8,7 +8,7 @@ namespace tagtwist {
 
 /// One parameter block of a prior and the value it was linearised at.
 struct PriorBlock {
-  bool is_pose = false;       // 7 parameters on the PoseManifold, tangent 6; else plain ones (rates)
+  bool is_pose = false;  // 7 parameters on the PoseManifold, tangent 6; else plain ones (rates)
   Eigen::VectorXd reference;  // the parameters
 };
 

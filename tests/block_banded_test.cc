@@ -4,9 +4,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 namespace tagtwist {
 namespace {
+
+constexpr int kSize = BlockBandedMatrix::kSize;
 
 struct Both {
   BlockBandedMatrix banded;
@@ -16,15 +19,15 @@ struct Both {
 // A random positive definite matrix of the shape.
 Both RandomMatrix(int size, int bandwidth, unsigned seed) {
   std::srand(seed);
-  Both out{BlockBandedMatrix(size, bandwidth), Eigen::MatrixXd::Zero(12 * size, 12 * size)};
+  Both out{BlockBandedMatrix(size, bandwidth), Eigen::MatrixXd::Zero(kSize * size, kSize * size)};
   for (int j = 0; j < size; ++j) {
     const int rows = std::min(size - j, bandwidth + 1);
-    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(12 * rows, 12 * rows);
-    out.dense.block(12 * j, 12 * j, 12 * rows, 12 * rows) += a * a.transpose();
+    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(kSize * rows, kSize * rows);
+    out.dense.block(kSize * j, kSize * j, kSize * rows, kSize * rows) += a * a.transpose();
   }
   for (int j = 0; j < size; ++j) {
     for (int i = j; i < std::min(size, j + bandwidth + 1); ++i) {
-      out.banded.At(i, j) = out.dense.block<12, 12>(12 * i, 12 * j);
+      out.banded.At(i, j) = out.dense.block<kSize, kSize>(kSize * i, kSize * j);
     }
   }
   return out;
@@ -37,13 +40,14 @@ TEST_P(BlockBanded, SolvesAndInvertsLikeADenseMatrix) {
   const Both m = RandomMatrix(7, bandwidth, 5);
   const BlockBandedCholesky cholesky(m.banded);
   ASSERT_TRUE(cholesky.ok());
-  const Eigen::VectorXd b = Eigen::VectorXd::Random(84);
+  const Eigen::VectorXd b = Eigen::VectorXd::Random(7 * kSize);
   const Eigen::MatrixXd inverse = m.dense.inverse();
   EXPECT_LT((cholesky.Solve(b) - inverse * b).norm(), 1e-9 * (inverse * b).norm());
+  EXPECT_NEAR(cholesky.LogDeterminant(), std::log(m.dense.determinant()), 1e-8);
   const BlockBandedMatrix selected = cholesky.SelectedInverse();
   for (int j = 0; j < 7; ++j) {
     for (int i = j; i < std::min(7, j + bandwidth + 1); ++i) {
-      EXPECT_LT((selected.At(i, j) - inverse.block<12, 12>(12 * i, 12 * j)).norm(),
+      EXPECT_LT((selected.At(i, j) - inverse.block<kSize, kSize>(kSize * i, kSize * j)).norm(),
                 1e-9 * inverse.norm())
           << i << " " << j;
     }

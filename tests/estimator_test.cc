@@ -14,15 +14,6 @@ double Nees(const FrameEstimate& estimate, const BodyState& truth) {
   return e.dot(estimate.covariance.llt().solve(e));
 }
 
-EstimatorOptions GivenNoise(const ExactModelOptions& model) {
-  EstimatorOptions options;
-  options.corner_sigma_px = model.corner_sigma_px;
-  options.track_sigma_px = 0.3;
-  options.accel_psd = model.accel_psd;
-  options.angular_accel_psd = model.angular_accel_psd;
-  return options;
-}
-
 struct WindowRun {
   std::vector<FrameEstimate> current, lagged;
 };
@@ -43,9 +34,9 @@ WindowRun RunWindow(const EstimatorSetup& setup,
 TEST(Batch, WithoutNoiseItFindsTheTruth) {
   ExactModelOptions model;
   model.corner_sigma_px = 0;
-  model.accel_psd = model.angular_accel_psd = 0;
+  model.linear.psd = model.angular.psd = 0;
   const ExactModelFlight flight = DrawFlight(model);
-  model.corner_sigma_px = 1e-3, model.accel_psd = model.angular_accel_psd = 1e-3;
+  model.corner_sigma_px = 1e-3, model.linear.psd = model.angular.psd = 1e-3;
   const auto result = RunBatch(CourseSetup(GivenNoise(model)), flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
   for (size_t i = 0; i < flight.truth.size(); ++i) {
@@ -53,12 +44,24 @@ TEST(Batch, WithoutNoiseItFindsTheTruth) {
   }
 }
 
-TEST(Batch, CovarianceHoldsOnTheExactModel) {
+class ExactModel : public testing::TestWithParam<WhiteNoiseOn> {
+ protected:
+  static ExactModelOptions Model(unsigned seed = 1) {
+    ExactModelOptions model;
+    if (GetParam() == WhiteNoiseOn::kAcceleration) model = WithWhiteAcceleration(model);
+    model.seed = seed;
+    return model;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Priors, ExactModel,
+                         testing::Values(WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk),
+                         PriorName);
+
+TEST_P(ExactModel, CovarianceOfBatchHolds) {
   double sum = 0;
   int n = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {
-    ExactModelOptions model;
-    model.seed = seed;
+    const ExactModelOptions model = Model(seed);
     const ExactModelFlight flight = DrawFlight(model);
     const auto result = RunBatch(CourseSetup(GivenNoise(model)), flight.measurements);
     ASSERT_TRUE(result) << result.error().message;
@@ -68,16 +71,13 @@ TEST(Batch, CovarianceHoldsOnTheExactModel) {
     }
   }
   EXPECT_NEAR(sum / n, 12.0, 4 * std::sqrt(24.0 / n));
-  RecordProperty("nees", std::to_string(sum / n));
-  std::printf("batch NEES %.3f over %d\n", sum / n, n);
 }
 
-TEST(Window, CovarianceHoldsOnTheExactModel) {
+TEST_P(ExactModel, CovarianceOfTheWindowHolds) {
   double sum_current = 0, sum_lagged = 0;
   int n = 0;
   for (unsigned seed = 21; seed <= 32; ++seed) {
-    ExactModelOptions model;
-    model.seed = seed;
+    const ExactModelOptions model = Model(seed);
     const ExactModelFlight flight = DrawFlight(model);
     const WindowRun run = RunWindow(CourseSetup(GivenNoise(model)), flight.measurements);
     for (size_t i = 5; i < flight.truth.size(); i += 10, ++n) {
@@ -85,13 +85,12 @@ TEST(Window, CovarianceHoldsOnTheExactModel) {
       sum_lagged += Nees(run.lagged[i], flight.truth[i]);
     }
   }
-  std::printf("window NEES %.3f lagged %.3f over %d\n", sum_current / n, sum_lagged / n, n);
   EXPECT_NEAR(sum_current / n, 12.0, 4 * std::sqrt(24.0 / n));
   EXPECT_NEAR(sum_lagged / n, 12.0, 4 * std::sqrt(24.0 / n));
 }
 
-TEST(Window, AsLongAsTheRecordingItEqualsBatch) {
-  ExactModelOptions model;
+TEST_P(ExactModel, AWindowAsLongAsTheRecordingEqualsBatch) {
+  ExactModelOptions model = Model();
   model.frames = 30;
   const ExactModelFlight flight = DrawFlight(model);
   EstimatorOptions options = GivenNoise(model);
@@ -108,8 +107,8 @@ TEST(Window, AsLongAsTheRecordingItEqualsBatch) {
   }
 }
 
-TEST(Window, ShortItStaysNearBatch) {
-  ExactModelOptions model;
+TEST_P(ExactModel, AShortWindowStaysNearBatch) {
+  const ExactModelOptions model = Model();
   const ExactModelFlight flight = DrawFlight(model);
   const EstimatorOptions options = GivenNoise(model);
   const auto batch = RunBatch(CourseSetup(options), flight.measurements);
@@ -121,20 +120,22 @@ TEST(Window, ShortItStaysNearBatch) {
   }
 }
 
-TEST(Noise, IsLearnedFromTheData) {
-  ExactModelOptions model;
-  model.frames = 300;
-  model.accel_psd = 0.02;
-  model.angular_accel_psd = 0.004;
+// The prior that the flight was drawn from is found, and its densities.
+TEST_P(ExactModel, NoiseIsLearnedFromTheData) {
+  ExactModelOptions model = Model();
+  const bool jerk = GetParam() == WhiteNoiseOn::kJerk;
+  model.frames = jerk ? 150 : 300;  // not long enough to leave the mat
+  model.linear.psd = jerk ? 0.1 : 0.02;
+  model.angular.psd = jerk ? 0.05 : 0.004;
   model.corner_sigma_px = 0.25;
   const ExactModelFlight flight = DrawFlight(model);
   const auto result = RunBatch(CourseSetup(), flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
-  std::printf("learned %.4f %.5f %.5f\n", result->noise.corner_sigma_px, result->noise.accel_psd,
-              result->noise.angular_accel_psd);
   EXPECT_NEAR(result->noise.corner_sigma_px / model.corner_sigma_px, 1.0, 0.05);
-  EXPECT_NEAR(result->noise.accel_psd / model.accel_psd, 1.0, 0.5);
-  EXPECT_NEAR(result->noise.angular_accel_psd / model.angular_accel_psd, 1.0, 0.5);
+  EXPECT_EQ(result->noise.linear.on, GetParam());
+  EXPECT_EQ(result->noise.angular.on, GetParam());
+  EXPECT_NEAR(result->noise.linear.psd / model.linear.psd, 1.0, 0.5);
+  EXPECT_NEAR(result->noise.angular.psd / model.angular.psd, 1.0, 0.5);
   EXPECT_EQ(result->noise.source, "learned");
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "estimator/config.h"
 #include "frontend/types/so3.h"
@@ -21,27 +22,40 @@ class Draw {
   std::normal_distribution<double> normal_;
 };
 
-// One step of the motion model: the errors of an axis pair have covariance psd
-// [dt^3/3, dt^2/2; dt^2/2, dt].
-BodyState Step(const BodyState& state, double dt_s, const ExactModelOptions& options, Draw* draw) {
-  Eigen::Matrix2d q;
-  q << dt_s * dt_s * dt_s / 3, dt_s * dt_s / 2, dt_s * dt_s / 2, dt_s;
-  const Eigen::Matrix2d root = q.llt().matrixL();
-  const auto pair = [&](double psd) {
-    const Eigen::Vector3d a = draw->Normal3(), b = draw->Normal3();
-    const double s = std::sqrt(psd);
-    return std::make_pair(Eigen::Vector3d(s * root(0, 0) * a),
-                          Eigen::Vector3d(s * (root(1, 0) * a + root(1, 1) * b)));
-  };
-  const auto [e_p, e_v] = pair(options.accel_psd);
-  const auto [e_theta, e_omega] = pair(options.angular_accel_psd);
-  const Eigen::Vector3d phi = dt_s * state.twist.omega_body + e_theta;
-  BodyState next;
-  next.world_from_body =
-      MakePose(state.world_from_body.rotation() * ExpSo3(phi),
-               state.world_from_body.translation() + dt_s * state.twist.v_world + e_p);
-  next.twist.v_world = state.twist.v_world + e_v;
-  next.twist.omega_body = RightJacobianSo3(phi) * (state.twist.omega_body + e_omega);
+struct FullState {
+  BodyState body;
+  Acceleration acceleration;
+};
+
+// Three axes' noise over dt_s: columns for the quantity and its two derivatives.
+Eigen::Matrix3d DrawNoise(const MotionPrior& prior, double dt_s, Draw* draw) {
+  Eigen::Matrix3d normal;
+  for (int i = 0; i < 3; ++i) normal.col(i) = draw->Normal3();
+  const Eigen::Matrix3d root = ProcessCovariance({prior.on, 1.0}, dt_s).llt().matrixL();
+  Eigen::Matrix3d noise = std::sqrt(prior.psd) * normal * root.transpose();
+  if (prior.on == WhiteNoiseOn::kAcceleration) noise.col(2).setZero();  // idle
+  return noise;
+}
+
+// One step of the motion model; the angular part in the local variable of MotionResidual.
+FullState Step(const FullState& state, double dt_s, const ExactModelOptions& options, Draw* draw) {
+  const Twist& twist = state.body.twist;
+  const Pose& pose = state.body.world_from_body;
+  Eigen::Matrix3d linear, angular;
+  linear << pose.translation(), twist.v_world, state.acceleration.a_world;
+  angular << Eigen::Vector3d::Zero(), twist.omega_body, state.acceleration.alpha_body;
+  linear = (linear * Transition(options.linear.on, dt_s).transpose() +
+            DrawNoise(options.linear, dt_s, draw))
+               .eval();
+  angular = (angular * Transition(options.angular.on, dt_s).transpose() +
+             DrawNoise(options.angular, dt_s, draw))
+                .eval();
+  const Eigen::Vector3d phi = angular.col(0);
+  const Eigen::Matrix3d jr = RightJacobianSo3(phi);
+  FullState next;
+  next.body.world_from_body = MakePose(pose.rotation() * ExpSo3(phi), linear.col(0));
+  next.body.twist = {linear.col(1), jr * angular.col(1)};
+  next.acceleration = {linear.col(2), jr * angular.col(2)};
   return next;
 }
 
@@ -74,20 +88,43 @@ EstimatorSetup CourseSetup(const EstimatorOptions& options) {
   return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
 }
 
+ExactModelOptions WithWhiteAcceleration(ExactModelOptions options) {
+  options.linear = {WhiteNoiseOn::kAcceleration, 0.05};
+  options.angular = {WhiteNoiseOn::kAcceleration, 0.05};
+  return options;
+}
+
+EstimatorOptions GivenNoise(const ExactModelOptions& model) {
+  EstimatorOptions options;
+  options.corner_sigma_px = model.corner_sigma_px;
+  options.track_sigma_px = 0.3;
+  const auto give = [](const MotionPrior& prior, std::optional<double>* accel,
+                       std::optional<double>* jerk) {
+    *(prior.on == WhiteNoiseOn::kJerk ? jerk : accel) = prior.psd;
+  };
+  give(model.linear, &options.accel_psd, &options.jerk_psd);
+  give(model.angular, &options.angular_accel_psd, &options.angular_jerk_psd);
+  return options;
+}
+
+std::string PriorName(const testing::TestParamInfo<WhiteNoiseOn>& prior) {
+  return prior.param == WhiteNoiseOn::kJerk ? "Jerk" : "Acceleration";
+}
+
 ExactModelFlight DrawFlight(const ExactModelOptions& options) {
   const EstimatorSetup setup = CourseSetup();
   Draw draw(options.seed);
-  BodyState state;
-  state.world_from_body = MakePose(ExpSo3(0.1 * draw.Normal3()), {1.6, 1.3, 1.3});
-  state.twist = {0.3 * draw.Normal3(), 0.2 * draw.Normal3()};
+  FullState state;
+  state.body.world_from_body = MakePose(ExpSo3(0.1 * draw.Normal3()), {1.6, 1.3, 1.3});
+  state.body.twist = {0.3 * draw.Normal3(), 0.2 * draw.Normal3()};
   ExactModelFlight flight;
   const double dt_s = 1 / options.rate_hz;
   for (int i = 0; i < options.frames; ++i) {
     if (i > 0) state = Step(state, dt_s, options, &draw);
     FrameMeasurements m;
     m.t_ns = static_cast<int64_t>(std::llround(1e9 * dt_s * i));
-    m.tags = SeeTags(setup, state, options, &draw);
-    flight.truth.push_back(state);
+    m.tags = SeeTags(setup, state.body, options, &draw);
+    flight.truth.push_back(state.body);
     flight.measurements.push_back(std::move(m));
   }
   return flight;

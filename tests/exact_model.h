@@ -1,6 +1,8 @@
 #pragma once
+#include <gtest/gtest.h>
+
 #include <cstdint>
-#include <random>
+#include <string>
 #include <vector>
 
 #include "estimator/graph_builder.h"
@@ -9,12 +11,12 @@
 
 namespace tagtwist {
 
-/// A flight over the course's mat drawn from the estimator's own model: states from white noise on
-/// acceleration, corners with Gaussian noise. What an estimator says of its errors must then hold.
+/// A flight over the course's mat drawn from the estimator's own model: states from its motion
+/// prior, corners with Gaussian noise. What an estimator says of its errors must then hold.
 struct ExactModelOptions {
   int frames = 60;
   double rate_hz = 50;
-  double accel_psd = 0.05, angular_accel_psd = 0.05;
+  MotionPrior linear{WhiteNoiseOn::kJerk, 0.5}, angular{WhiteNoiseOn::kJerk, 0.5};
   double corner_sigma_px = 0.15;
   int max_tags = 6;  // the first ones in view, by id
   unsigned seed = 1;
@@ -26,6 +28,15 @@ struct ExactModelFlight {
 };
 
 ExactModelFlight DrawFlight(const ExactModelOptions& options);
+
+/// The model with white noise on acceleration in place of jerk.
+ExactModelOptions WithWhiteAcceleration(ExactModelOptions options);
+
+/// For the names of tests: "Acceleration" or "Jerk".
+std::string PriorName(const testing::TestParamInfo<WhiteNoiseOn>& prior);
+
+/// The noise that the flight was drawn with.
+EstimatorOptions GivenNoise(const ExactModelOptions& model);
 
 /// The course's camera, mount and mat.
 EstimatorSetup CourseSetup(const EstimatorOptions& options = {});

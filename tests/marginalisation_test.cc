@@ -7,7 +7,7 @@
 #include "estimator/block_banded.h"
 #include "estimator/linear_system.h"
 #include "estimator/solver.h"
-#include "residuals/constant_velocity_residual.h"
+#include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
 
 namespace tagtwist {
@@ -33,10 +33,12 @@ Factor Motion(int state) {
   factor.kind = FactorKind::kMotion;
   using Kind = BlockRef::Kind;
   factor.blocks = {{Kind::kPose, state},
-                   {Kind::kTwist, state},
+                   {Kind::kRates, state},
                    {Kind::kPose, state + 1},
-                   {Kind::kTwist, state + 1}};
-  factor.cost = std::make_shared<ConstantVelocityResidual>(0.1 + 0.02 * state, 2.0, 1.0);
+                   {Kind::kRates, state + 1}};
+  factor.cost =
+      std::make_shared<MotionResidual>(0.1 + 0.02 * state, MotionPrior{WhiteNoiseOn::kJerk, 2.0},
+                                       MotionPrior{WhiteNoiseOn::kJerk, 1.0});
   return factor;
 }
 
@@ -87,7 +89,7 @@ TEST(Marginalisation, AWindowAgreesWithTheWholeProblemWhereItIsLinear) {
   const Graph window = WindowOfTwo();
   const GraphState &a = full.states.back(), &b = window.states.back();
   EXPECT_LT((a.pose.params - b.pose.params).norm(), 1e-9);
-  EXPECT_LT((a.twist - b.twist).norm(), 1e-9);
+  EXPECT_LT((a.rates - b.rates).norm(), 1e-9);
   const BlockBandedMatrix p_full = BlockBandedCholesky(Linearize(full).hessian).SelectedInverse();
   const BlockBandedMatrix p_window =
       BlockBandedCholesky(Linearize(window).hessian).SelectedInverse();
@@ -105,7 +107,7 @@ TEST(Marginalisation, DroppingInsteadOfMarginalisingWouldShow) {
   }
   cut.states.resize(kStates - 6);
   ASSERT_TRUE(Solve(kExact, &cut).usable);
-  EXPECT_GT((full.states.back().twist - cut.states.back().twist).norm(), 1e-3);
+  EXPECT_GT((full.states.back().rates - cut.states.back().rates).norm(), 1e-3);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "frontend/types/so3.h"
-#include "residuals/constant_velocity_residual.h"
+#include "residuals/motion_residual.h"
 #include "residuals/pose_manifold.h"
 #include "residuals/prior_residual.h"
 #include "residuals/tag_reprojection_residual.h"
@@ -60,7 +60,12 @@ const Pose& CamFromBody() {
   static const Pose pose = MakePose(ExpSo3({0.3, -0.6, 0.2}), {0.1, -0.05, 0.02});
   return pose;
 }
-const Eigen::Matrix2d kFull = (Eigen::Matrix2d() << 4.0, 1.5, 1.5, 1.0).finished();
+// Every corner's coordinates go together with every other's.
+const Eigen::Matrix<double, 8, 8> kFull = [] {
+  Eigen::Matrix<double, 8, 8> a;
+  for (int i = 0; i < 64; ++i) a.data()[i] = std::sin(1.0 + 3.0 * i);
+  return Eigen::Matrix<double, 8, 8>(a * a.transpose() + Eigen::Matrix<double, 8, 8>::Identity());
+}();
 
 struct TagScene {
   Pose world_from_body;
@@ -76,9 +81,9 @@ class TagResidual : public Residuals {
     for (size_t i = 0; i < 4; ++i) {
       const Eigen::Vector3d in_cam(0.6 * Uniform(), 0.6 * Uniform(), 2.0 + Uniform());
       s.tag.corners_in_world[i] = s.world_from_body * (Inverse(CamFromBody()) * in_cam);
-      s.tag.pixel_covariances[i] = kFull;
       EXPECT_TRUE(Lens().Project(in_cam, &s.tag.pixels[i]));
     }
+    s.tag.covariance = kFull;
     s.exact = s.tag;
     for (auto& pixel : s.tag.pixels) pixel += Eigen::Vector2d(Uniform(), Uniform());
     return s;
@@ -108,12 +113,13 @@ TEST_F(TagResidual, JacobianHoldsWithoutRotationAndAtGrazingView) {
 TEST_F(TagResidual, SquaredNormIsMahalanobisDistance) {
   const TagScene s = RandomScene();
   const double* blocks[] = {s.world_from_body.params.data()};
-  double r[8], expected = 0;
+  double r[8];
   ASSERT_TRUE(TagReprojectionResidual(s.tag, Lens(), CamFromBody()).Evaluate(blocks, r, nullptr));
+  Eigen::Matrix<double, 8, 1> e;
   for (size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector2d e = s.exact.pixels[i] - s.tag.pixels[i];
-    expected += e.dot(kFull.inverse() * e);
+    e.segment<2>(2 * static_cast<int>(i)) = s.exact.pixels[i] - s.tag.pixels[i];
   }
+  const double expected = e.dot(kFull.inverse() * e);
   EXPECT_NEAR((Eigen::Map<Eigen::Matrix<double, 8, 1>>(r).squaredNorm()), expected, 1e-9);
 }
 
@@ -168,59 +174,109 @@ TEST_F(Track, RefusesPointBehindCamera) {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-class ConstantVelocity : public Residuals {
+using Vector12 = Eigen::Matrix<double, 12, 1>;
+constexpr WhiteNoiseOn kBothPriors[] = {WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk};
+
+class Motion : public Residuals {
  protected:
-  Vector6 RandomTwist(double rate) { return (Vector6() << 2 * Vec(), rate * Vec()).finished(); }
+  Vector12 RandomRates() {
+    return (Vector12() << 2 * Vec(), Vec(), 3 * Vec(), 5 * Vec()).finished();
+  }
 };
 
-TEST_F(ConstantVelocity, JacobianMatchesNumericOne) {
-  for (const double angle : {0.0, 1e-6, 0.005, 0.02, 0.5, 2.5, 3.0}) {
-    for (const double dt_s : {0.003, 0.02, 1.0}) {
-      const Pose pose1 = RandomPose(2.0 * Uniform());
-      const Pose pose2 = MakePose(pose1.rotation() * ExpSo3(angle * Vec().normalized()),
-                                  pose1.translation() + 0.1 * Vec());
-      const Vector6 twist1 = RandomTwist(1.0), twist2 = RandomTwist(1.0);
-      ExpectCorrectJacobians(
-          ConstantVelocityResidual(dt_s, 0.7, 3.0),
-          {pose1.params.data(), twist1.data(), pose2.params.data(), twist2.data()});
+TEST_F(Motion, JacobianMatchesNumericOne) {
+  for (const WhiteNoiseOn on : kBothPriors) {
+    for (const double angle : {0.0, 1e-6, 0.005, 0.02, 0.5, 2.5, 3.0}) {
+      for (const double dt_s : {0.003, 0.02, 1.0}) {
+        const Pose pose1 = RandomPose(2.0 * Uniform());
+        const Pose pose2 = MakePose(pose1.rotation() * ExpSo3(angle * Vec().normalized()),
+                                    pose1.translation() + 0.1 * Vec());
+        const Vector12 rates1 = RandomRates(), rates2 = RandomRates();
+        ExpectCorrectJacobians(
+            MotionResidual(dt_s, {on, 0.7}, {on, 3.0}),
+            {pose1.params.data(), rates1.data(), pose2.params.data(), rates2.data()});
+      }
     }
   }
 }
 
-TEST_F(ConstantVelocity, IsZeroOnConstantVelocity) {
-  for (const double dt_s : {0.003, 0.05, 2.0}) {
-    const Vector6 twist = RandomTwist(0.8);
-    const Pose pose1 = RandomPose(1.0);
-    const Pose pose2 = MakePose(pose1.rotation() * ExpSo3(dt_s * twist.tail<3>()),
-                                pose1.translation() + dt_s * twist.head<3>());
-    const double* blocks[] = {pose1.params.data(), twist.data(), pose2.params.data(), twist.data()};
-    Eigen::Matrix<double, 12, 1> r;
-    ASSERT_TRUE(ConstantVelocityResidual(dt_s, 1, 1).Evaluate(blocks, r.data(), nullptr));
-    EXPECT_LT(r.norm(), 1e-9) << dt_s;
+TEST_F(Motion, IsZeroOnConstantVelocity) {
+  for (const WhiteNoiseOn on : kBothPriors) {
+    for (const double dt_s : {0.003, 0.05, 2.0}) {
+      Vector12 rates = RandomRates();
+      rates.tail<6>().setZero();
+      const Pose pose1 = RandomPose(1.0);
+      const Pose pose2 = MakePose(pose1.rotation() * ExpSo3(dt_s * rates.segment<3>(3)),
+                                  pose1.translation() + dt_s * rates.head<3>());
+      const double* blocks[] = {pose1.params.data(), rates.data(), pose2.params.data(),
+                                rates.data()};
+      Eigen::Matrix<double, 18, 1> r;
+      ASSERT_TRUE(MotionResidual(dt_s, {on, 1}, {on, 1}).Evaluate(blocks, r.data(), nullptr));
+      EXPECT_LT(r.norm(), 1e-6) << dt_s;
+    }
   }
 }
 
-TEST_F(ConstantVelocity, SquaredNormIsMahalanobisDistanceUnderTheProcessCovariance) {
-  constexpr double kDt = 0.04, kAccel = 0.7, kAngular = 3.0;
-  Eigen::Matrix2d q;  // one axis of [dt^3/3, dt^2/2; dt^2/2, dt]
-  q << kDt * kDt * kDt / 3, kDt * kDt / 2, kDt * kDt / 2, kDt;
-  const Pose pose1;
-  const Vector6 twist1 = Vector6::Zero();
-  const Eigen::Vector3d e_p = 0.01 * Vec(), e_v = 0.1 * Vec(), e_theta = 0.01 * Vec();
-  const Pose pose2 = MakePose(ExpSo3(e_theta), e_p);
-  Vector6 twist2;
-  const Eigen::Vector3d e_omega = 0.2 * Vec();
-  twist2 << e_v, RightJacobianSo3(e_theta) * e_omega;
-  const double* blocks[] = {pose1.params.data(), twist1.data(), pose2.params.data(), twist2.data()};
-  Eigen::Matrix<double, 12, 1> r;
-  ASSERT_TRUE(ConstantVelocityResidual(kDt, kAccel, kAngular).Evaluate(blocks, r.data(), nullptr));
-  double expected = 0;
-  for (int i = 0; i < 3; ++i) {
-    const Eigen::Vector2d linear(e_p[i], e_v[i]), angular(e_theta[i], e_omega[i]);
-    expected += linear.dot(q.inverse() * linear) / kAccel;
-    expected += angular.dot(q.inverse() * angular) / kAngular;
+TEST_F(Motion, IsZeroOnConstantAcceleration) {
+  constexpr double kDt = 0.2;
+  const Eigen::Vector3d v = Vec(), a = Vec(), axis = Vec().normalized();
+  const double rate = 0.7, alpha = -1.3;  // about a fixed axis
+  const Pose pose1 = RandomPose(1.0);
+  const Pose pose2 =
+      MakePose(pose1.rotation() * ExpSo3((kDt * rate + kDt * kDt / 2 * alpha) * axis),
+               pose1.translation() + kDt * v + kDt * kDt / 2 * a);
+  Vector12 rates1, rates2;
+  rates1 << v, rate * axis, a, alpha * axis;
+  rates2 << v + kDt * a, (rate + kDt * alpha) * axis, a, alpha * axis;
+  const double* blocks[] = {pose1.params.data(), rates1.data(), pose2.params.data(), rates2.data()};
+  Eigen::Matrix<double, 18, 1> r;
+  const MotionPrior jerk{WhiteNoiseOn::kJerk, 1}, accel{WhiteNoiseOn::kAcceleration, 1};
+  ASSERT_TRUE(MotionResidual(kDt, jerk, jerk).Evaluate(blocks, r.data(), nullptr));
+  EXPECT_LT(r.norm(), 1e-9);
+  ASSERT_TRUE(MotionResidual(kDt, accel, accel).Evaluate(blocks, r.data(), nullptr));
+  EXPECT_GT(r.norm(), 0.1);
+}
+
+TEST_F(Motion, SquaredNormIsMahalanobisDistanceUnderTheProcessCovariance) {
+  constexpr double kDt = 0.04;
+  for (const WhiteNoiseOn on : kBothPriors) {
+    const MotionPrior linear{on, 0.7}, angular{on, 3.0};
+    Eigen::Matrix3d e_linear, e_angular;  // columns: the quantity and its derivatives
+    e_linear << 0.01 * Vec(), 0.1 * Vec(), Vec();
+    e_angular << 0.01 * Vec(), 0.2 * Vec(), Vec();
+    const Pose pose1, pose2 = MakePose(ExpSo3(e_angular.col(0)), e_linear.col(0));
+    const Eigen::Matrix3d jr = RightJacobianSo3(e_angular.col(0));
+    const Vector12 rates1 = Vector12::Zero();
+    Vector12 rates2;
+    rates2 << e_linear.col(1), jr * e_angular.col(1), e_linear.col(2), jr * e_angular.col(2);
+    const double* blocks[] = {pose1.params.data(), rates1.data(), pose2.params.data(),
+                              rates2.data()};
+    Eigen::Matrix<double, 18, 1> r;
+    const MotionResidual residual(kDt, linear, angular);
+    ASSERT_TRUE(residual.Evaluate(blocks, r.data(), nullptr));
+    const Eigen::Matrix3d q_linear = ProcessCovariance(linear, kDt);
+    const Eigen::Matrix3d q_angular = ProcessCovariance(angular, kDt);
+    double expected = 0;
+    for (int i = 0; i < 3; ++i) {
+      expected += e_linear.row(i) * q_linear.inverse() * e_linear.row(i).transpose();
+      expected += e_angular.row(i) * q_angular.inverse() * e_angular.row(i).transpose();
+    }
+    EXPECT_NEAR(r.squaredNorm(), expected, 1e-7 * expected);
+    EXPECT_NEAR(residual.LogDetInformation(),
+                -3 * std::log(q_linear.determinant() * q_angular.determinant()), 1e-7);
   }
-  EXPECT_NEAR(r.squaredNorm(), expected, 1e-9 * expected);
+}
+
+// Two steps in a row are one: the mean carries on, the noise of the first is carried by the second.
+TEST_F(Motion, ProcessCovarianceAddsUpOverTime) {
+  for (const WhiteNoiseOn on : kBothPriors) {
+    const MotionPrior prior{on, 0.7};
+    const Eigen::Matrix3d f = Transition(on, 0.3);
+    EXPECT_LT((f * Transition(on, 0.2) - Transition(on, 0.5)).norm(), 1e-12);
+    const Eigen::Matrix3d q =
+        f * ProcessCovariance(prior, 0.2) * f.transpose() + ProcessCovariance(prior, 0.3);
+    EXPECT_LT((q - ProcessCovariance(prior, 0.5)).norm(), 1e-12);
+  }
 }
 
 class Prior : public Residuals {};
@@ -230,10 +286,10 @@ TEST_F(Prior, JacobianMatchesNumericOneAwayFromItsReference) {
     const Pose reference = RandomPose(2.0 * Uniform());
     const Pose pose =
         MakePose(reference.rotation() * ExpSo3(0.8 * Vec()), reference.translation() + Vec());
-    const Vector6 twist = Vector6::Random();
-    const PriorResidual residual({{true, reference.params}, {false, Vector6::Zero()}},
-                                 Eigen::MatrixXd::Random(12, 12), Eigen::VectorXd::Random(12));
-    ExpectCorrectJacobians(residual, {pose.params.data(), twist.data()});
+    const Vector12 rates = Vector12::Random();
+    const PriorResidual residual({{false, Vector12::Zero()}, {true, reference.params}},
+                                 Eigen::MatrixXd::Random(15, 18), Eigen::VectorXd::Random(15));
+    ExpectCorrectJacobians(residual, {rates.data(), pose.params.data()});
   }
 }
 
@@ -242,7 +298,7 @@ TEST_F(Prior, IsItsOffsetAtTheReference) {
   const Eigen::VectorXd offset = Eigen::VectorXd::LinSpaced(6, 1, 6);
   const PriorResidual residual({{true, reference.params}}, Eigen::MatrixXd::Identity(6, 6), offset);
   const double* blocks[] = {reference.params.data()};
-  Vector6 r;
+  Eigen::Matrix<double, 6, 1> r;
   ASSERT_TRUE(residual.Evaluate(blocks, r.data(), nullptr));
   EXPECT_LT((r - offset).norm(), 1e-12);
 }

@@ -34,7 +34,8 @@ TEST(Summary, HasTheDesignedKeys) {
                                    "warnings", "version"));
   EXPECT_THAT(Keys(s["reprojection_px"]), ElementsAre("median", "p95"));
   EXPECT_THAT(Keys(s["noise"]), ElementsAre("corner_sigma_px", "track_sigma_px", "accel_psd",
-                                            "angular_accel_psd", "source"));
+                                            "angular_accel_psd", "source", "linear_prior",
+                                            "angular_prior", "jerk_psd", "angular_jerk_psd"));
   EXPECT_THAT(Keys(s["timing_ms"]), ElementsAre("detect", "track", "seed", "optimise", "frame"));
   EXPECT_THAT(Keys(s["timing_ms"]["frame"]), ElementsAre("p50", "p99", "max"));
   EXPECT_THAT(Keys(s["accuracy"]), ElementsAre("closed_form", "optimised"));

@@ -8,22 +8,26 @@
 namespace tagtwist {
 namespace {
 
-EstimatorSetup SetupFor(const ExactModelOptions& model) {
-  EstimatorOptions options;
-  options.corner_sigma_px = model.corner_sigma_px;
-  options.track_sigma_px = 0.3;
-  options.accel_psd = model.accel_psd;
-  options.angular_accel_psd = model.angular_accel_psd;
-  return CourseSetup(options);
-}
+EstimatorSetup SetupFor(const ExactModelOptions& model) { return CourseSetup(GivenNoise(model)); }
+
+class TrajectoryTest : public testing::TestWithParam<WhiteNoiseOn> {
+ protected:
+  static ExactModelOptions Model() {
+    const ExactModelOptions model;
+    return GetParam() == WhiteNoiseOn::kJerk ? model : WithWhiteAcceleration(model);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Priors, TrajectoryTest,
+                         testing::Values(WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk),
+                         PriorName);
 
 // A frame without tags adds no information: its smoothed state is what the trajectory of the other
 // frames says at its time.
-TEST(Trajectory, BetweenStatesItEqualsAStateWithoutMeasurements) {
-  ExactModelOptions model;
+TEST_P(TrajectoryTest, BetweenStatesItEqualsAStateWithoutMeasurements) {
+  ExactModelOptions model = Model();
   model.frames = 12;
   model.rate_hz = 10;
-  model.accel_psd = model.angular_accel_psd = 0.5;
+  model.linear.psd = model.angular.psd = 0.5;
   model.seed = 3;
   const ExactModelFlight flight = DrawFlight(model);
   const auto plain = RunBatch(SetupFor(model), flight.measurements);
@@ -48,8 +52,8 @@ TEST(Trajectory, BetweenStatesItEqualsAStateWithoutMeasurements) {
   }
 }
 
-TEST(Trajectory, AtAStateItIsThatState) {
-  ExactModelOptions model;
+TEST_P(TrajectoryTest, AtAStateItIsThatState) {
+  ExactModelOptions model = Model();
   model.frames = 6;
   const ExactModelFlight flight = DrawFlight(model);
   const auto result = RunBatch(SetupFor(model), flight.measurements);
@@ -62,8 +66,8 @@ TEST(Trajectory, AtAStateItIsThatState) {
   }
 }
 
-TEST(Trajectory, BeyondItsEndsThePriorCarriesItOn) {
-  ExactModelOptions model;
+TEST_P(TrajectoryTest, BeyondItsEndsThePriorCarriesItOn) {
+  ExactModelOptions model = Model();
   model.frames = 8;
   model.rate_hz = 10;
   const ExactModelFlight flight = DrawFlight(model);
