@@ -23,6 +23,43 @@ Trajectory MakeTrajectory(const Solution& solution, const NoiseModel& noise) {
   return out;
 }
 
+// The state of each frame in the graph; -1 for frames that see nothing. Those need no state: the
+// trajectory between the others says all of them, and over a long gap a chain of states, tied by
+// nothing but the stiff motion prior, would be badly conditioned.
+std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
+                                const std::vector<TrackSegment>& segments) {
+  std::vector<bool> sees(frames.size());
+  for (size_t i = 0; i < frames.size(); ++i) sees[i] = !frames[i].tags.empty();
+  if (setup.options.use_tracks && setup.world_from_plane) {
+    for (const TrackSegment& segment : segments) {
+      for (int i = segment.first_frame; i <= segment.last_frame(); ++i) {
+        sees[static_cast<size_t>(i)] = true;
+      }
+    }
+  }
+  std::vector<int> state_of_frame;
+  int n_states = 0;
+  for (const bool has_state : sees) state_of_frame.push_back(has_state ? n_states++ : -1);
+  return state_of_frame;
+}
+
+// Frames with a state, and the segments counted in states.
+GraphInput InputOfStates(const std::vector<int>& state_of_frame,
+                         const std::vector<GraphFrame>& frames,
+                         const std::vector<TrackSegment>& segments) {
+  GraphInput input;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (state_of_frame[i] >= 0) input.frames.push_back(frames[i]);
+  }
+  for (const TrackSegment& segment : segments) {
+    const int state = state_of_frame[static_cast<size_t>(segment.first_frame)];
+    if (state < 0) continue;  // tracks are not used
+    input.segments.push_back(segment);
+    input.segments.back().first_frame = state;
+  }
+  return input;
+}
+
 // Solves under white noise on jerk and, where that is open, under white noise on acceleration too;
 // the likelier one stays.
 Result<Solution> SolveWithLikelierPrior(const EstimatorSetup& setup, const SolveOptions& options,
@@ -60,9 +97,8 @@ void BatchEstimator::Add(FrameMeasurements measurement) {
 Result<BatchResult> BatchEstimator::Solve() const {
   auto seeds = SeedFrames(setup_, measurements_);
   if (!seeds) return seeds.error();
-  GraphInput input;
-  input.frames = std::move(*seeds);
-  input.segments = segmenter_.segments();
+  const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
+  GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
 
   BatchResult out;
   const SolveOptions options{setup_.options.max_iterations};
@@ -75,14 +111,22 @@ Result<BatchResult> BatchEstimator::Solve() const {
     solution = SolveAndLearn(setup_, options, &input, &out.noise);
     if (!solution) return solution.error();
   }
-  for (size_t i = 0; i < input.frames.size(); ++i) {
-    const int k = static_cast<int>(i);
-    out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i],
-                                         input.frames[i], BodyCovariance(solution->covariance, k)));
-    const std::vector<double> errors = ReprojectionErrors(setup_, input.frames[i]);
+  out.trajectory = MakeTrajectory(*solution, out.noise);
+  for (size_t i = 0; i < seeds->size(); ++i) {
+    const int k = state_of_frame[i];
+    if (k < 0) {
+      const auto between = out.trajectory.At((*seeds)[i].t_ns);
+      (*seeds)[i].state = between->state;
+      out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], (*seeds)[i],
+                                           between->covariance));
+      continue;
+    }
+    const GraphFrame& frame = input.frames[static_cast<size_t>(k)];
+    out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame,
+                                         BodyCovariance(solution->covariance, k)));
+    const std::vector<double> errors = ReprojectionErrors(setup_, frame);
     out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
   }
-  out.trajectory = MakeTrajectory(*solution, out.noise);
   return out;
 }
 

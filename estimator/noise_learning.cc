@@ -38,6 +38,17 @@ bool InRange(const Factor& factor, const StateRange& range) {
   return state >= range.first && state < range.last;
 }
 
+// States that see a tag or a track.
+std::vector<bool> MeasuredStates(const Graph& graph) {
+  std::vector<bool> out(graph.states.size(), false);
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind == FactorKind::kTag || factor.kind == FactorKind::kTrack) {
+      out[static_cast<size_t>(factor.blocks.front().index)] = true;
+    }
+  }
+  return out;
+}
+
 // Scale of the tags' chi-square that most of them show, robust: 1 where the noise model is right.
 double TypicalTagScale(const Graph& graph) {
   std::vector<double> norms;
@@ -148,6 +159,7 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
                                        const NoiseModel& noise, const StateRange& range) {
   NoiseStatistics out;
   const double typical_scale = TypicalTagScale(graph);
+  const std::vector<bool> measured = MeasuredStates(graph);
   LinearFactor linear;
   std::vector<int> views(graph.points.size(), 0);
   std::vector<double> sums(graph.points.size(), 0);
@@ -155,6 +167,9 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
     if (!InRange(factor, range) || !LinearizeFactor(graph, factor, &linear)) continue;
     const int k = factor.blocks.front().index;
     if (factor.kind == FactorKind::kMotion) {
+      // Far from any measurement the prior says nothing of itself, and 9 - tr(J P J') is the
+      // difference of equals.
+      if (!measured[static_cast<size_t>(k)] && !measured[static_cast<size_t>(k + 1)]) continue;
       AddMotion(linear, covariance, k, noise, &out);
     } else if (factor.kind == FactorKind::kTag) {
       AddTag(factor, linear, covariance, noise.corner_sigma_px * noise.corner_sigma_px,
