@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "estimator/prior_calibration.h"
 #include "estimator/seeding.h"
 #include "estimator/smoother.h"
 
@@ -60,6 +61,15 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
   return input;
 }
 
+// Of all states; calibrated where the prior's densities are learned.
+std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
+                                              const Solution& solution) {
+  PriorCalibration calibration;
+  calibration.of_prior.assign(solution.graph.states.size(), StateCovariance::Zero());
+  if (MotionIsLearned(options)) calibration = CalibratePrior(solution.graph);
+  return Calibrated(calibration, solution.covariance);
+}
+
 // Solves under white noise on jerk and, where that is open, under white noise on acceleration too;
 // the likelier one stays.
 Result<Solution> SolveWithLikelierPrior(const EstimatorSetup& setup, const SolveOptions& options,
@@ -112,6 +122,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
     if (!solution) return solution.error();
   }
   out.trajectory = MakeTrajectory(*solution, out.noise);
+  const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
   for (size_t i = 0; i < seeds->size(); ++i) {
     const int k = state_of_frame[i];
     if (k < 0) {
@@ -123,7 +134,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
     }
     const GraphFrame& frame = input.frames[static_cast<size_t>(k)];
     out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame,
-                                         BodyCovariance(solution->covariance, k)));
+                                         covariances[static_cast<size_t>(k)]));
     const std::vector<double> errors = ReprojectionErrors(setup_, frame);
     out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
   }

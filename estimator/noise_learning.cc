@@ -190,7 +190,11 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
 }
 
 bool MotionPriorIsOpen(const EstimatorOptions& options) {
-  return options.motion_prior == "auto" && !IsGiven(options.accel_psd, options.jerk_psd) &&
+  return options.motion_prior == "auto" && MotionIsLearned(options);
+}
+
+bool MotionIsLearned(const EstimatorOptions& options) {
+  return !IsGiven(options.accel_psd, options.jerk_psd) &&
          !IsGiven(options.angular_accel_psd, options.angular_jerk_psd);
 }
 

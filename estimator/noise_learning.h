@@ -41,6 +41,9 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
 /// Whether the options leave open what of the motion is white noise.
 bool MotionPriorIsOpen(const EstimatorOptions& options);
 
+/// Whether both densities of the motion prior are learned.
+bool MotionIsLearned(const EstimatorOptions& options);
+
 /// Noise to begin with: given values, defaults elsewhere; source "default" or "given". Where the
 /// options leave the motion prior open it is `open`.
 NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open = WhiteNoiseOn::kJerk);

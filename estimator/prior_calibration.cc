@@ -1,0 +1,103 @@
+#include "estimator/prior_calibration.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/linear_system.h"
+#include "estimator/quantile.h"
+
+namespace tagtwist {
+namespace {
+
+// Step of the logarithm of the density in the numeric derivatives.
+constexpr double kStep = 0.4;
+
+std::vector<bool> MotionFactors(const Graph& graph) {
+  std::vector<bool> use;
+  for (const Factor& factor : graph.factors) use.push_back(factor.kind == FactorKind::kMotion);
+  return use;
+}
+
+// total + scale * motion.
+BlockBandedMatrix Sum(const BlockBandedMatrix& total, const BlockBandedMatrix& motion,
+                      double scale) {
+  BlockBandedMatrix out = total;
+  for (int j = 0; j < out.size(); ++j) {
+    for (int i = j; i <= std::min(out.size() - 1, j + motion.bandwidth()); ++i) {
+      out.At(i, j) += scale * motion.At(i, j);
+    }
+  }
+  return out;
+}
+
+// tr(a b) of two symmetric matrices, over the blocks within b's band.
+double TraceOfProduct(const BlockBandedMatrix& a, const BlockBandedMatrix& b) {
+  double sum = 0;
+  for (int j = 0; j < b.size(); ++j) {
+    sum += a.At(j, j).cwiseProduct(b.At(j, j)).sum();
+    for (int i = j + 1; i <= std::min(b.size() - 1, j + b.bandwidth()); ++i) {
+      sum += 2 * a.At(i, j).cwiseProduct(b.At(i, j)).sum();
+    }
+  }
+  return sum;
+}
+
+// Share of the prior in the state's information, in [0, 1].
+double PriorShare(const StateCovariance& of_prior, const StateCovariance& covariance) {
+  return covariance.ldlt().solve(of_prior).trace() / static_cast<double>(covariance.rows());
+}
+
+}  // namespace
+
+PriorCalibration CalibratePrior(const Graph& graph) {
+  PriorCalibration out;
+  const LinearSystem total = Linearize(graph);
+  const LinearSystem motion = Linearize(graph, MotionFactors(graph));
+  const BlockBandedCholesky middle(total.hessian);
+  const BlockBandedCholesky stiff(Sum(total.hessian, motion.hessian, std::exp(kStep) - 1));
+  const BlockBandedCholesky loose(Sum(total.hessian, motion.hessian, std::exp(-kStep) - 1));
+  const size_t size = graph.states.size();
+  out.of_prior.assign(size, StateCovariance::Zero());
+  if (size < 2 || !middle.ok() || !stiff.ok() || !loose.ok()) return out;
+
+  const BlockBandedMatrix p_loose = loose.SelectedInverse(), p_stiff = stiff.SelectedInverse();
+  for (size_t i = 0; i < size; ++i) {
+    const int k = static_cast<int>(i);
+    out.of_prior[i] = (p_loose.At(k, k) - p_stiff.At(k, k)).topLeftCorner<12, 12>() / (2 * kStep);
+  }
+  const double trace = TraceOfProduct(middle.SelectedInverse(), motion.hessian);
+  const double trace_loose = std::exp(-kStep) * TraceOfProduct(p_loose, motion.hessian);
+  const double trace_stiff = std::exp(kStep) * TraceOfProduct(p_stiff, motion.hessian);
+  const double under_prior = (trace_stiff - trace_loose) / (2 * kStep);
+  const double slope = -(trace_loose - 2 * trace + trace_stiff) / (kStep * kStep);
+  const double noise_alone = (under_prior + slope) / 2;
+  const double of_motion = under_prior - noise_alone;
+  if (!(of_motion > 0.1)) return out;  // next to nothing to learn from
+  const double found = motion.gradient.dot(middle.Solve(motion.gradient));
+  out.raw_power = (found - noise_alone) / of_motion;
+  // The estimate's variance is about 2 under_prior / of_motion^2; before the data it is near 1.
+  const double precision = of_motion * of_motion / (2 * under_prior);
+  out.power = std::clamp(1 + (out.raw_power - 1) * precision / (1 + precision), 0.05, 5.0);
+  return out;
+}
+
+std::vector<StateCovariance> Calibrated(const PriorCalibration& calibration,
+                                        const BlockBandedMatrix& covariance) {
+  std::vector<StateCovariance> out;
+  std::vector<double> shares;
+  for (int k = 0; k < covariance.size(); ++k) {
+    out.push_back(covariance.At(k, k).topLeftCorner<12, 12>());
+    shares.push_back(PriorShare(calibration.of_prior[static_cast<size_t>(k)], out.back()));
+  }
+  if (calibration.power == 1 || out.empty()) return out;
+  const double typical = Quantile(shares, 0.5);
+  for (size_t i = 0; i < out.size(); ++i) {
+    const double of_measurements = std::clamp((1 - shares[i]) / (1 - typical), 0.0, 1.0);
+    const double weight = calibration.power < 1 ? of_measurements * of_measurements : 1.0;
+    out[i] += weight * (calibration.power - 1) * calibration.of_prior[i];
+  }
+  return out;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,37 @@
+#pragma once
+#include <vector>
+
+#include "estimator/block_banded.h"
+#include "estimator/graph.h"
+#include "frontend/types/body_state.h"
+
+namespace tagtwist {
+
+/// How the motion prior holds where measurements just cease to resolve the motion. Its density is
+/// learned from the motion that they do resolve; how fast the motion's spectrum falls beyond is the
+/// prior's assumption, and most flights are smoother. The smoothed states' covariance then promises
+/// errors that do not come, up to half of the velocity's variance, or, on rougher flights, too few.
+struct PriorCalibration {
+  /// Power of the motion at the limit of resolution over what the prior expects: 1 where the prior
+  /// holds, 0 for motion without anything there. Raw: unbiased, noisy on short recordings.
+  double raw_power = 1;
+  /// The same drawn towards 1 as far as the recording is too short to tell, within [0.05, 5].
+  double power = 1;
+  /// The share of each state's covariance that comes of the prior, P A'A P: the variance of the
+  /// smoothed states' bias if the prior holds. The rest is the measurements' noise.
+  std::vector<StateCovariance> of_prior;
+};
+
+/// At the solution of a graph: with whitened motion residuals r = A x, the quadratic form
+/// T = r'A P A'r weighs the motion most at the limit of resolution. Its expectation is tr(M - M^2)
+/// under the prior, tr(M^2 - M^3) if there is nothing but noise, M = P A'A; the traces are
+/// derivatives of tr(M) by the logarithm of the density.
+PriorCalibration CalibratePrior(const Graph& graph);
+
+/// `covariance` of state k with its prior's share scaled by the power. States that hang mostly on
+/// the prior (gaps) keep theirs where the power is below 1: there the motion that was resolved
+/// elsewhere counts, which set the density.
+std::vector<StateCovariance> Calibrated(const PriorCalibration& calibration,
+                                        const BlockBandedMatrix& covariance);
+
+}  // namespace tagtwist
