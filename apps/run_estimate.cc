@@ -91,7 +91,6 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   Estimate estimate;
   estimate.mode = "sliding_window";
   SlidingWindow window(setup);
-  int dropped_tags = 0;
   const auto add = [&](const FrameMeasurements& measurements) -> Status {
     const Stopwatch watch;
     auto output = window.Add(measurements);
@@ -104,17 +103,13 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
     estimate.frames.push_back(std::move(output->current));
     estimate.reprojection_px.insert(estimate.reprojection_px.end(), output->reprojection_px.begin(),
                                     output->reprojection_px.end());
-    dropped_tags += output->dropped_tags;
     return Ok();
   };
   const auto read = ForEachFrame(dataset, source, config, options, &estimate, add);
   if (!read) return read.error();
   for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
   estimate.noise = window.noise();
-  if (dropped_tags > 0) {
-    estimate.warnings.push_back(std::to_string(dropped_tags) +
-                                " tag observations contradict the others");
-  }
+  for (std::string& warning : window.Warnings()) estimate.warnings.push_back(std::move(warning));
   return estimate;
 }
 

@@ -1,11 +1,12 @@
 #include "estimator/batch.h"
 
-#include <string>
 #include <utility>
 
 #include "estimator/prior_calibration.h"
 #include "estimator/seeding.h"
 #include "estimator/smoother.h"
+#include "estimator/tag_audit.h"
+#include "estimator/tag_revision.h"
 
 namespace tagtwist {
 namespace {
@@ -114,13 +115,19 @@ Result<BatchResult> BatchEstimator::Solve() const {
   const SolveOptions options{setup_.options.max_iterations};
   auto solution = SolveWithLikelierPrior(setup_, options, &input, &out.noise);
   if (!solution) return solution.error();
-  if (const auto wrong = ContradictedTags(solution->graph); !wrong.empty()) {
-    out.warnings.push_back(std::to_string(wrong.size()) +
-                           " tag observations contradict the others and are left out");
-    DropTags(wrong, &input.frames);
+  // What is left out may have misled a seed or hidden another fault: until nothing changes.
+  std::vector<std::vector<TagDetection>> seen;  // in each state
+  for (size_t i = 0; i < state_of_frame.size(); ++i) {
+    if (state_of_frame[i] >= 0) seen.push_back(measurements_[i].tags);
+  }
+  constexpr int kMaxRounds = 4;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const bool readmit = round == 0;
+    if (!ReviseTags(setup_, out.noise, solution->graph, seen, readmit, &input.frames)) break;
     solution = SolveAndLearn(setup_, options, &input, &out.noise);
     if (!solution) return solution.error();
   }
+  TagAudit audit;
   out.trajectory = MakeTrajectory(*solution, out.noise);
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
   for (size_t i = 0; i < seeds->size(); ++i) {
@@ -128,6 +135,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
     if (k < 0) {
       const auto between = out.trajectory.At((*seeds)[i].t_ns);
       (*seeds)[i].state = between->state;
+      audit.Add(setup_, (*seeds)[i], measurements_[i].tags);
       out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], (*seeds)[i],
                                            between->covariance));
       continue;
@@ -135,9 +143,11 @@ Result<BatchResult> BatchEstimator::Solve() const {
     const GraphFrame& frame = input.frames[static_cast<size_t>(k)];
     out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame,
                                          covariances[static_cast<size_t>(k)]));
+    audit.Add(setup_, frame, measurements_[i].tags);
     const std::vector<double> errors = ReprojectionErrors(setup_, frame);
     out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
   }
+  out.warnings = audit.Warnings();
   return out;
 }
 

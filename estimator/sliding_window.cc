@@ -64,17 +64,17 @@ Status SlidingWindow::SolveWindow() {
   return Ok();
 }
 
-int SlidingWindow::DropContradicted() {
-  if (!has_learned_) return 0;  // the noise is a guess yet
+bool SlidingWindow::DropContradicted() {
+  if (!has_learned_) return false;  // the noise is a guess yet
   segmenter_.Reject(ContradictedSegments(solution_->graph, input_.segments.size()));
   const std::vector<TagRef> wrong = ContradictedTags(solution_->graph);
   size_t n_newest = 0;
   const int newest = static_cast<int>(input_.frames.size()) - 1;
   for (const TagRef& ref : wrong) n_newest += ref.state == newest ? 1 : 0;
   // Where most tags of the newest frame disagree, its state is wrong rather than they.
-  if (2 * n_newest > input_.frames.back().tags.size()) return 0;
+  if (2 * n_newest > input_.frames.back().tags.size()) return false;
   DropTags(wrong, &input_.frames);
-  return static_cast<int>(wrong.size());
+  return !wrong.empty();
 }
 
 FrameEstimate SlidingWindow::EstimateOf(int state) const {
@@ -92,7 +92,9 @@ void SlidingWindow::LearnFromLeavingState() {
 
 void SlidingWindow::MarginalizeOldest() {
   input_.prior = MarginalizeFirstState(solution_->graph);
+  audit_.Add(setup_, input_.frames.front(), seen_.front());
   input_.frames.erase(input_.frames.begin());
+  seen_.erase(seen_.begin());
   closed_forms_.erase(closed_forms_.begin());
   n_tracks_.erase(n_tracks_.begin());
   ++input_.first_frame;
@@ -113,11 +115,11 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
     return out;
   }
   input_.frames.push_back(std::move(*frame));
+  seen_.push_back(measurement.tags);
   closed_forms_.push_back(measurement.closed_form);
   n_tracks_.push_back(n_tracks);
   if (const auto solved = SolveWindow(); !solved) return solved.error();
-  out.dropped_tags = DropContradicted();
-  if (out.dropped_tags > 0) {
+  if (DropContradicted()) {
     if (const auto solved = SolveWindow(); !solved) return solved.error();
   }
 
@@ -143,6 +145,7 @@ std::vector<FrameEstimate> SlidingWindow::Finish() {
   solution_ = std::move(*solution);
   for (size_t i = 0; i < input_.frames.size(); ++i) {
     out.push_back(EstimateOf(static_cast<int>(i)));
+    audit_.Add(setup_, input_.frames[i], seen_[i]);
   }
   return out;
 }

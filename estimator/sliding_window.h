@@ -1,11 +1,13 @@
 #pragma once
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "estimator/estimate.h"
 #include "estimator/graph_builder.h"
 #include "estimator/noise_learning.h"
 #include "estimator/smoother.h"
+#include "estimator/tag_audit.h"
 #include "estimator/track_segments.h"
 #include "frontend/types/measurements.h"
 
@@ -16,7 +18,6 @@ struct WindowOutput {
   FrameEstimate current;                // of the new frame, from all that came until now
   std::vector<double> reprojection_px;  // its corners' distances from their predictions
   std::optional<FrameEstimate> lagged;  // of the frame that leaves the window, smoothed
-  int dropped_tags = 0;                 // that contradict the rest
 };
 
 /// Fixed-lag smoother: the last `window_frames` frames are refined jointly at every new one; the
@@ -31,11 +32,13 @@ class SlidingWindow {
   /// The frames still in the window, smoothed; call at the end.
   std::vector<FrameEstimate> Finish();
   const NoiseModel& noise() const { return noise_; }
+  /// What the frames that left say of tags and map, one line each; after Finish all frames.
+  std::vector<std::string> Warnings() const { return audit_.Warnings(); }
 
  private:
   std::optional<GraphFrame> MakeFrame(const FrameMeasurements& measurement) const;
   Status SolveWindow();
-  int DropContradicted();
+  bool DropContradicted();
   FrameEstimate EstimateOf(int state) const;
   void LearnFromLeavingState();
   void MarginalizeOldest();
@@ -43,11 +46,13 @@ class SlidingWindow {
   EstimatorSetup setup_;
   NoiseModel noise_;
   TrackSegmenter segmenter_;
-  GraphInput input_;                      // frames in the window, their prior
-  std::vector<ClosedForm> closed_forms_;  // of those frames
-  std::vector<int> n_tracks_;             // of those frames
-  std::optional<Solution> solution_;      // of the last Add
-  NoiseStatistics statistics_;            // of the frames that left, fading
+  GraphInput input_;                             // frames in the window, their prior
+  std::vector<ClosedForm> closed_forms_;         // of those frames
+  std::vector<int> n_tracks_;                    // of those frames
+  std::vector<std::vector<TagDetection>> seen_;  // all tags of those frames
+  TagAudit audit_;                               // of the frames that left
+  std::optional<Solution> solution_;             // of the last Add
+  NoiseStatistics statistics_;                   // of the frames that left, fading
   bool has_learned_ = false;
 };
 

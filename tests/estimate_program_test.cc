@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "frontend/csv.h"
+#include "frontend/types/tag_map.h"
 #include "tests/program_test_util.h"
 #include "tests/test_files.h"
 
@@ -117,6 +118,44 @@ TEST_F(EstimateProgram, WrongIdsAreSurvived) {
     return s["accuracy"]["optimised"]["position_rmse_m"].get<double>();
   };
   EXPECT_LT(rmse(faulty), 1.3 * rmse(clean));
+}
+
+// The course's configuration with its tags listed one by one and tag `id` moved by x, y [m].
+std::string CourseWithMovedTag(int id, double x, double y) {
+  const std::string course = ReadText(kSource + "/configs/course.yaml");
+  std::ostringstream out;
+  out << course.substr(0, course.find("tag_map:")) << "tag_map:\n  tags:\n";
+  const TagMap map = MakeTagMap({});
+  for (const Tag& tag : map.tags()) {
+    const Eigen::Vector3d p = tag.world_from_tag.translation() +
+                              (tag.id == id ? Eigen::Vector3d(x, y, 0) : Eigen::Vector3d(0, 0, 0));
+    out << "    - {id: " << tag.id << ", size_m: " << tag.size_m << ", position_m: [" << p.x()
+        << ", " << p.y() << ", 0], rotation: [0, -1, 0, 1, 0, 0, 0, 0, 1]}\n";
+  }
+  return out.str();
+}
+
+TEST_F(EstimateProgram, ADisplacedTagIsNamedAndSurvived) {
+  std::ofstream(Path("moved.yaml")) << CourseWithMovedTag(41, 0.032, 0.024);
+  Simulate("moved", {"--images=false", "--trajectory", "hover", "--duration", "3", "--config",
+                     "moved.yaml", "--wrong_id_fraction", "0.05"});
+  Simulate("clean", {"--images=false", "--trajectory", "hover", "--duration", "3"});
+  for (const std::string mode : {"--nosliding_window", "--sliding_window"}) {
+    const auto clean = Estimate("clean_out", {"--dataset", "clean", "--use_detections", mode});
+    const ProgramRun run =
+        RunProgram(folder_.path().string(), "tagtwist_estimate",
+                   {"--dataset", "moved", "--use_detections", "--output", "moved_out", mode});
+    const std::string line = "tag 41 disagrees with the map by 40 mm in ";
+    EXPECT_NE(run.err.find(line), std::string::npos) << run.err;
+    EXPECT_NE(ReadText(Path("moved_out") / "report.html").find(line), std::string::npos);
+    const auto moved = nlohmann::json::parse(ReadText(Path("moved_out") / "summary.json"));
+    EXPECT_EQ(moved["warnings"][0].get<std::string>().find(line), 0u);
+    for (const char* key : {"position_rmse_m", "velocity_rmse_mps"}) {
+      EXPECT_LT(moved["accuracy"]["optimised"][key].get<double>(),
+                1.2 * clean["accuracy"]["optimised"][key].get<double>())
+          << mode << " " << key;
+    }
+  }
 }
 
 TEST_F(SlowEstimateProgram, RenderedFlightIsRefinedWellBelowTheClosedForm) {
