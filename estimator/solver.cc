@@ -62,8 +62,17 @@ SolveSummary Solve(const SolveOptions& options, Graph* graph) {
         factor.huber_delta > 0 ? new ceres::HuberLoss(factor.huber_delta) : nullptr;
     problem.AddResidualBlock(factor.cost.get(), loss, parameters);
   }
+  ceres::Solver::Options ceres_options = MakeCeresOptions(options, graph);
   ceres::Solver::Summary summary;
-  ceres::Solve(MakeCeresOptions(options, graph), &problem, &summary);
+  ceres::Solve(ceres_options, &problem, &summary);
+  // A tag seen face-on bends the cost so much that full steps may all overshoot: more damping.
+  for (const double radius : {1e8, 1e5, 1e2}) {
+    const bool stuck = summary.termination_type == ceres::NO_CONVERGENCE &&
+                       !(summary.final_cost < summary.initial_cost);
+    if (!stuck) break;
+    ceres_options.initial_trust_region_radius = radius;
+    ceres::Solve(ceres_options, &problem, &summary);
+  }
   return {summary.IsSolutionUsable(), static_cast<int>(summary.iterations.size()),
           summary.final_cost, summary.message};
 }
