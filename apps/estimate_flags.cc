@@ -27,6 +27,9 @@ DEFINE_int32(window_frames, 0, "Frames in the window; 0: the config's.");
 DEFINE_double(
     corner_sigma_px, 0,
     "Noise of a tag corner's coordinate [px]; 0: the config's, or learned from the data.");
+DEFINE_string(clock, "",
+              "When frames were taken: stamps, steady (a steady clock fitted to the stamps), or "
+              "auto: steady where the images say so clearly (batch only); empty: the config's.");
 DEFINE_double(track_sigma_px, 0, "Noise of a track's coordinate [px]; 0: likewise.");
 DEFINE_double(accel_psd, 0,
               "Density of the white noise on acceleration [(m/s^2)^2/Hz]; 0: likewise.");
@@ -68,7 +71,7 @@ Usage EstimateUsage() {
       "browser).";
   usage.groups = {{"What to read", {"dataset", "config", "ground_truth", "use_detections"}},
                   {"What to write", {"output", "write_covariance"}},
-                  {"How to estimate", {"sliding_window", "window_frames", "tracks"}},
+                  {"How to estimate", {"sliding_window", "window_frames", "tracks", "clock"}},
                   {"Noise (learned from the data unless given)",
                    {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd",
                     "angular_accel_psd", "jerk_psd", "angular_jerk_psd"}},
@@ -107,6 +110,7 @@ Status OverrideOptions(EstimatorOptions* options) {
     if (!status) return status;
   }
   if (!FLAGS_motion_prior.empty()) options->motion_prior = FLAGS_motion_prior;
+  if (!FLAGS_clock.empty()) options->clock = FLAGS_clock;
   if (!FLAGS_tracks) options->use_tracks = false;
   if (FLAGS_window_frames != 0) options->window_frames = FLAGS_window_frames;
   if (const auto problem = options->Problem()) return Error{"--" + *problem};

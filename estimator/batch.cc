@@ -1,5 +1,8 @@
 #include "estimator/batch.h"
 
+#include <algorithm>
+#include <cstdio>
+#include <string>
 #include <utility>
 
 #include "estimator/prior_calibration.h"
@@ -92,6 +95,40 @@ Result<Solution> SolveWithLikelierPrior(const EstimatorSetup& setup, const Solve
   return solution;
 }
 
+void SetTimes(const std::vector<int64_t>& t_ns, std::vector<FrameMeasurements>* measurements) {
+  for (size_t i = 0; i < measurements->size(); ++i) (*measurements)[i].t_ns = t_ns[i];
+}
+
+// Of the tags, under white noise on jerk where the prior is open.
+std::optional<double> LogLikelihood(const EstimatorSetup& setup,
+                                    const std::vector<FrameMeasurements>& measurements) {
+  auto seeds = SeedFrames(setup, measurements);
+  if (!seeds) return std::nullopt;
+  GraphInput input = InputOfStates(StatesOfFrames(setup, *seeds, {}), *seeds, {});
+  NoiseModel noise = InitialNoise(setup.options);
+  const auto solution =
+      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, &noise);
+  if (!solution) return std::nullopt;
+  return solution->log_likelihood;
+}
+
+// Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations
+// matter less and are left out.
+StateCovariance OfClock(const BodyState& state, double sigma_s) {
+  StateVector by_time = StateVector::Zero();
+  by_time.head<6>() << state.twist.omega_body, state.twist.v_world;
+  return sigma_s * sigma_s * by_time * by_time.transpose();
+}
+
+std::string ClockText(const SteadyClock& clock) {
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "the camera's clock is steady at %.3f ms, the stamps scatter by %.2f ms RMS around "
+                "it: frames are taken at its ticks",
+                1e3 * clock.period_s, 1e3 * clock.rms_s);
+  return text;
+}
+
 }  // namespace
 
 BatchEstimator::BatchEstimator(EstimatorSetup setup)
@@ -105,8 +142,33 @@ void BatchEstimator::Add(FrameMeasurements measurement) {
   measurements_.push_back(std::move(measurement));
 }
 
+std::optional<SteadyClock> BatchEstimator::ChooseClock() const {
+  if (setup_.options.clock == "stamps") return std::nullopt;
+  std::vector<int64_t> stamps;
+  for (const FrameMeasurements& m : measurements_) stamps.push_back(m.t_ns);
+  auto clock = FitSteadyClock(stamps);
+  if (!clock || setup_.options.clock == "steady") return clock;
+  // Jitter this small moves nothing by as much as the corners' noise does.
+  constexpr double kLeastJitterS = 2e-4;
+  if (clock->rms_s < kLeastJitterS) return std::nullopt;
+  // The likelier clock over the first frames; ten in its logarithm is beyond doubt.
+  constexpr size_t kFrames = 300;
+  constexpr double kClearly = 10;
+  std::vector<FrameMeasurements> measurements(
+      measurements_.begin(),
+      measurements_.begin() + static_cast<std::ptrdiff_t>(std::min(kFrames, measurements_.size())));
+  const auto stamped = LogLikelihood(setup_, measurements);
+  SetTimes(clock->t_ns, &measurements);
+  const auto steady = LogLikelihood(setup_, measurements);
+  if (!stamped || !steady || !(*steady > *stamped + kClearly)) return std::nullopt;
+  return clock;
+}
+
 Result<BatchResult> BatchEstimator::Solve() const {
-  auto seeds = SeedFrames(setup_, measurements_);
+  const std::optional<SteadyClock> clock = ChooseClock();
+  std::vector<FrameMeasurements> measurements = measurements_;
+  if (clock) SetTimes(clock->t_ns, &measurements);
+  auto seeds = SeedFrames(setup_, measurements);
   if (!seeds) return seeds.error();
   const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
@@ -127,25 +189,34 @@ Result<BatchResult> BatchEstimator::Solve() const {
     solution = SolveAndLearn(setup_, options, &input, &out.noise);
     if (!solution) return solution.error();
   }
+  if (clock) out.warnings.push_back(ClockText(*clock));
   TagAudit audit;
   out.trajectory = MakeTrajectory(*solution, out.noise);
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
   for (size_t i = 0; i < seeds->size(); ++i) {
     const int k = state_of_frame[i];
-    if (k < 0) {
-      const auto between = out.trajectory.At((*seeds)[i].t_ns);
-      (*seeds)[i].state = between->state;
-      audit.Add(setup_, (*seeds)[i], measurements_[i].tags);
-      out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], (*seeds)[i],
-                                           between->covariance));
-      continue;
-    }
-    const GraphFrame& frame = input.frames[static_cast<size_t>(k)];
-    out.frames.push_back(ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame,
-                                         covariances[static_cast<size_t>(k)]));
+    GraphFrame frame = k < 0 ? (*seeds)[i] : input.frames[static_cast<size_t>(k)];
+    if (k < 0) frame.state = out.trajectory.At(frame.t_ns)->state;
     audit.Add(setup_, frame, measurements_[i].tags);
-    const std::vector<double> errors = ReprojectionErrors(setup_, frame);
-    out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
+    StateAndCovariance at{frame.state, StateCovariance::Zero()};
+    if (k >= 0) {
+      const std::vector<double> errors = ReprojectionErrors(setup_, frame);
+      out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
+      at.covariance = covariances[static_cast<size_t>(k)];
+    }
+    if (k < 0 || clock) {
+      // A row says where the body was at its stamp.
+      const StateCovariance calibration =
+          k < 0 ? StateCovariance(StateCovariance::Zero())
+                : StateCovariance(at.covariance - BodyCovariance(solution->covariance, k));
+      at = *out.trajectory.At(measurements_[i].t_ns);
+      at.covariance += calibration;
+      if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);
+    }
+    frame.t_ns = measurements_[i].t_ns;
+    frame.state = at.state;
+    out.frames.push_back(
+        ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame, at.covariance));
   }
   out.warnings = audit.Warnings();
   return out;

@@ -21,6 +21,11 @@ std::optional<std::string> CheckMotionPrior(const std::string& value) {
   return "motion_prior: expected auto, acceleration or jerk, got '" + value + "'";
 }
 
+std::optional<std::string> CheckClock(const std::string& value) {
+  if (value == "auto" || value == "stamps" || value == "steady") return std::nullopt;
+  return "clock: expected auto, stamps or steady, got '" + value + "'";
+}
+
 std::optional<std::string> CheckOneDensity(const char* key, const std::optional<double>& value,
                                            const char* other_key,
                                            const std::optional<double>& other) {
@@ -46,7 +51,7 @@ std::optional<std::string> EstimatorOptions::Problem() const {
         CheckPositive("track_sigma_px", track_sigma_px), CheckPositive("accel_psd", accel_psd),
         CheckPositive("angular_accel_psd", angular_accel_psd), CheckPositive("jerk_psd", jerk_psd),
         CheckPositive("angular_jerk_psd", angular_jerk_psd), CheckMotionPrior(motion_prior),
-        CheckOneDensity("jerk_psd", jerk_psd, "accel_psd", accel_psd),
+        CheckClock(clock), CheckOneDensity("jerk_psd", jerk_psd, "accel_psd", accel_psd),
         CheckOneDensity("angular_jerk_psd", angular_jerk_psd, "angular_accel_psd",
                         angular_accel_psd),
         CheckDensityOfPrior(*this), CheckAtLeast("max_tracks_per_frame", max_tracks_per_frame, 0),

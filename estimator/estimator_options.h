@@ -16,6 +16,9 @@ struct EstimatorOptions {
   /// What of the motion is white noise: "acceleration", "jerk", or "auto": that of the density that
   /// is given; else in batch what the data say (likelihood), in the window jerk.
   std::string motion_prior = "auto";
+  /// When the frames were taken: "stamps", "steady" (a steady clock fitted to the stamps), or
+  /// "auto": in batch the steady one where the images say so clearly, in the window the stamps.
+  std::string clock = "auto";
   bool use_tracks = true;         // KLT tracks enter the graph
   int max_tracks_per_frame = 40;  // in the graph, >= 0
   int track_segment_frames = 6;   // a track enters in pieces of at most this many frames, >= 2
@@ -35,6 +38,7 @@ struct EstimatorOptions {
     visit("jerk_psd", self.jerk_psd);
     visit("angular_jerk_psd", self.angular_jerk_psd);
     visit("motion_prior", self.motion_prior);
+    visit("clock", self.clock);
     visit("use_tracks", self.use_tracks);
     visit("max_tracks_per_frame", self.max_tracks_per_frame);
     visit("track_segment_frames", self.track_segment_frames);

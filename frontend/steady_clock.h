@@ -1,0 +1,22 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace tagtwist {
+
+/// A camera's clock that ticks steadily, where the stamps were taken late and unevenly.
+struct SteadyClock {
+  std::vector<int64_t> t_ns;    // one a stamp, strictly growing
+  double period_s = 0;          // between frames
+  double rms_s = 0;             // of stamps - t
+  std::vector<double> sigma_s;  // of each t, standard deviation: the line through the stamps
+};
+
+/// Least squares of stamp_i = first + period * n_i over the first time and the period. The frame
+/// numbers n_i grow by 1, or by more where frames seem lost, whichever fits better. nullopt for
+/// fewer than ten stamps, and where a stamp lies 0.75 periods or more from its tick: no steady
+/// clock.
+std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns);
+
+}  // namespace tagtwist
