@@ -189,7 +189,6 @@ Result<BatchResult> BatchEstimator::Solve() const {
     solution = SolveAndLearn(setup_, options, &input, &out.noise);
     if (!solution) return solution.error();
   }
-  if (clock) out.warnings.push_back(ClockText(*clock));
   TagAudit audit;
   out.trajectory = MakeTrajectory(*solution, out.noise);
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
@@ -219,6 +218,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
         ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame, at.covariance));
   }
   out.warnings = audit.Warnings();
+  if (clock) out.warnings.push_back(ClockText(*clock));
   return out;
 }
 
