@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "estimator/bound.h"
 #include "estimator/prior_calibration.h"
 #include "estimator/seeding.h"
 #include "estimator/smoother.h"
@@ -203,6 +204,8 @@ Result<BatchResult> BatchEstimator::Solve() const {
       out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
       at.covariance = covariances[static_cast<size_t>(k)];
     }
+    const auto bound = PoseBound(setup_, out.noise.corner_sigma_px, frame.state.world_from_body,
+                                 frame.tags);
     if (k < 0 || clock) {
       // A row says where the body was at its stamp.
       const StateCovariance calibration =
@@ -216,6 +219,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
     frame.state = at.state;
     out.frames.push_back(
         ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame, at.covariance));
+    out.frames.back().pose_bound = bound;
   }
   out.warnings = audit.Warnings();
   if (clock) out.warnings.push_back(ClockText(*clock));

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct FrameEstimate {
   FrameStatus status = FrameStatus::kNoFix;
   BodyState state;
   StateCovariance covariance = StateCovariance::Zero();  // error state of BodyState
+  std::optional<PoseCovariance> pose_bound;  // of its own tags alone (bound.h), where they fix it
   ClosedForm closed_form;
   int n_tags = 0, n_tracks = 0;
 };

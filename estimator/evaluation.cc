@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "estimator/bound.h"
 #include "estimator/chi_square.h"
 #include "frontend/types/so3.h"
 
@@ -106,6 +107,25 @@ void EvaluateNees(const std::vector<TruthMatch>& matches, Accuracy* out) {
   out->nees_twist = twist.Mean();
 }
 
+std::optional<BoundRatio> CompareWithBound(const std::vector<TruthMatch>& matches,
+                                           const Accuracy& accuracy) {
+  std::vector<StateCovariance> covariances;
+  for (const TruthMatch& m : matches) {
+    if (!m.estimate.covariance) return std::nullopt;
+    covariances.push_back(*m.estimate.covariance);
+  }
+  const ErrorBound bound = RmsBound(covariances);
+  if (!(bound.position_m > 0) || !(bound.rotation_rad > 0)) return std::nullopt;
+  BoundRatio out;
+  out.position = accuracy.position_m.rmse / bound.position_m;
+  out.rotation = accuracy.rotation_rad.rmse / bound.rotation_rad;
+  if (accuracy.velocity_mps && bound.velocity_mps > 0 && bound.rate_radps > 0) {
+    out.velocity = accuracy.velocity_mps->rmse / bound.velocity_mps;
+    out.rate = accuracy.rate_radps->rmse / bound.rate_radps;
+  }
+  return out;
+}
+
 std::string SpanText(int64_t first_ns, int64_t last_ns) {
   char text[80];
   std::snprintf(text, sizeof text, "%.3f to %.3f s", ToSeconds(first_ns), ToSeconds(last_ns));
@@ -169,6 +189,7 @@ Result<Accuracy> Evaluate(const PoseSeries& series, const std::vector<TruthSampl
       matches, [&](size_t i) { return MatchAfter(matches, i, options.rpe_seconds); });
   EvaluateTwist(matches, &out);
   EvaluateNees(matches, &out);
+  out.rmse_over_bound = CompareWithBound(matches, out);
   return out;
 }
 

@@ -39,6 +39,13 @@ struct Nees {
   double per_dof() const { return mean / dof; }
 };
 
+/// RMSE over the root mean square of the printed 3-D standard deviations (ErrorBound): 1 where the
+/// estimate reaches the bound that its covariance states.
+struct BoundRatio {
+  double position = 0, rotation = 0;
+  std::optional<double> velocity, rate;
+};
+
 /// What a trajectory is worth. The entries that the truth, or the trajectory, cannot answer are
 /// absent.
 struct Accuracy {
@@ -50,6 +57,7 @@ struct Accuracy {
   std::optional<ErrorStatistics> velocity_mps;        // in W
   std::optional<ErrorStatistics> rate_radps;          // in B
   std::optional<Nees> nees, nees_pose, nees_twist;    // 12, 6 and 6 degrees of freedom
+  std::optional<BoundRatio> rmse_over_bound;          // where every frame has a covariance
 };
 
 /// Estimates brought into the truth's frames, each with its truth.

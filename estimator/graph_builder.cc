@@ -48,15 +48,6 @@ double HuberDelta(const EstimatorSetup& setup, int dimension) {
   return setup.options.robust_scale * std::sqrt(static_cast<double>(dimension));
 }
 
-// A detection's own covariance where it has one and the user gives no sigma, and what of the
-// corners' errors it does not explain: sigma_px.
-Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
-                                             double sigma_px) {
-  const Eigen::Matrix<double, 8, 8> other =
-      sigma_px * sigma_px * Eigen::Matrix<double, 8, 8>::Identity();
-  return tag.covariance && !setup.options.corner_sigma_px ? *tag.covariance + other : other;
-}
-
 void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& input, Graph* graph) {
   TagObservation observation;
   for (size_t i = 0; i < input.frames.size(); ++i) {
@@ -178,6 +169,13 @@ Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const Gra
   graph.factors.erase(std::remove_if(graph.factors.begin(), graph.factors.end(), useless),
                       graph.factors.end());
   return graph;
+}
+
+Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
+                                             double sigma_px) {
+  const Eigen::Matrix<double, 8, 8> other =
+      sigma_px * sigma_px * Eigen::Matrix<double, 8, 8>::Identity();
+  return tag.covariance && !setup.options.corner_sigma_px ? *tag.covariance + other : other;
 }
 
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {

@@ -51,6 +51,12 @@ struct GraphInput {
 /// cannot be evaluated at the frames' states (a corner behind the camera) are left out.
 Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input);
 
+/// Of a detection's corners, 8x8, u1 v1 .. u4 v4 [px^2]: the detection's own covariance where it
+/// has one and the user gives no sigma, and what of the corners' errors it does not explain:
+/// sigma_px.
+Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
+                                             double sigma_px);
+
 /// Writes the graph's states back into the frames.
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames);
 

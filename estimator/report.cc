@@ -6,6 +6,7 @@
 
 #include "estimator/pose_series.h"
 #include "estimator/quantile.h"
+#include "estimator/report_bound.h"
 #include "estimator/report_page.h"
 #include "estimator/report_pictures.h"
 #include "estimator/report_plots.h"
@@ -13,7 +14,16 @@
 namespace tagtwist {
 namespace {
 
-enum Slot : size_t { kTruth, kClosedForm, kOptimised, kLagged, kTags, kTracks, kFirstStage };
+enum Slot : size_t {
+  kTruth,
+  kClosedForm,
+  kOptimised,
+  kLagged,
+  kTags,
+  kTracks,
+  kFrameBound,
+  kFirstStage
+};
 
 template <typename... Args>
 std::string Format(const char* format, Args... args) {
@@ -218,7 +228,8 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   ReportPage page;
   page.title = "tagtwist: " + input.facts.dataset;
   page.html = Words(e, input);
-  page.slots = {"ground truth", "closed form", "optimised", "optimised, lagged", "tags", "tracks"};
+  page.slots = {"ground truth", "closed form", "optimised",       "optimised, lagged",
+                "tags",         "tracks",      "each frame alone"};
   for (const Stage& stage : Stages(e.times)) page.slots.emplace_back(stage.name);
   if (!e.lagged.empty()) page.slots[kOptimised] = "optimised, lag 0";
   const PlotInput plots = Plots(e, input);
@@ -228,6 +239,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   for (ReportSection& section : TrajectorySections(plots)) {
     page.sections.push_back(std::move(section));
   }
+  page.sections.push_back(BoundSection(e, input.rows, t_s, {kFrameBound, kOptimised, kLagged}));
   page.sections.push_back(Counts(e, t_s));
   if (!e.reprojection_px.empty()) page.sections.push_back(Reprojection(e));
   page.sections.push_back(Times(e, t_s));

@@ -19,8 +19,8 @@ struct ReportInput {
 };
 
 /// report.html: one file that opens without a network. Words, the table of methods, the trajectory
-/// from above over the tags, plots over time with 3-sigma bands, errors, counts, reprojection,
-/// times.
+/// from above over the tags, plots over time with 3-sigma bands, errors, bound, counts,
+/// reprojection, times.
 std::string FormatReport(const Estimate& estimate, const ReportInput& input);
 
 }  // namespace tagtwist

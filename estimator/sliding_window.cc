@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/bound.h"
 #include "estimator/marginalisation.h"
 #include "estimator/seeding.h"
 
@@ -88,9 +89,11 @@ bool SlidingWindow::DropContradicted() {
 
 FrameEstimate SlidingWindow::EstimateOf(int state) const {
   const GraphFrame& frame = input_.frames[static_cast<size_t>(state)];
-  return ToFrameEstimate(closed_forms_[static_cast<size_t>(state)],
-                         n_tracks_[static_cast<size_t>(state)], frame,
-                         BodyCovariance(solution_->covariance, state));
+  FrameEstimate out = ToFrameEstimate(closed_forms_[static_cast<size_t>(state)],
+                                      n_tracks_[static_cast<size_t>(state)], frame,
+                                      BodyCovariance(solution_->covariance, state));
+  out.pose_bound = PoseBound(setup_, noise_.corner_sigma_px, out.state.world_from_body, frame.tags);
+  return out;
 }
 
 void SlidingWindow::LearnFromLeavingState() {

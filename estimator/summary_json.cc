@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "estimator/bound.h"
 #include "estimator/quantile.h"
 
 namespace tagtwist {
@@ -70,6 +71,32 @@ Json NoiseJson(const NoiseModel& noise, const std::vector<FrameEstimate>& frames
           {"angular_jerk_psd", angular_jerk ? Json(noise.angular.psd) : Json(nullptr)}};
 }
 
+Json BoundJson(const ErrorBound& bound, bool with_twist) {
+  const auto figure = [&](double x) { return bound.frames > 0 ? Json(x) : Json(nullptr); };
+  Json out = {{"frames", bound.frames},
+              {"position_m", figure(bound.position_m)},
+              {"rotation_rad", figure(bound.rotation_rad)}};
+  if (!with_twist) return out;
+  out["velocity_mps"] = figure(bound.velocity_mps);
+  out["rate_radps"] = figure(bound.rate_radps);
+  return out;
+}
+
+Json BoundsJson(const Estimate& e, const std::vector<ComparisonRow>& rows) {
+  const EstimateBounds bounds = BoundsOf(e);
+  Json out = {{"frame", BoundJson(bounds.frame, false)},
+              {"smoothed", BoundJson(bounds.smoothed, true)}};
+  for (const ComparisonRow& row : rows) {
+    if (row.key != bounds.key || !row.accuracy || !row.accuracy->rmse_over_bound) continue;
+    const BoundRatio& ratio = *row.accuracy->rmse_over_bound;
+    Json& over = out["rmse_over_bound"];
+    over = {{"position", ratio.position}, {"rotation", ratio.rotation}};
+    if (ratio.velocity) over["velocity"] = *ratio.velocity;
+    if (ratio.rate) over["rate"] = *ratio.rate;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string FormatJson(const Json& json) {
@@ -127,6 +154,7 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   out["timing_ms"] = TimingJson(estimate.times);
   out["wall_s"] = facts.wall_s;
   out["peak_rss_mib"] = facts.peak_rss_mib;
+  out["bound"] = BoundsJson(estimate, rows);
   for (const ComparisonRow& row : rows) {
     if (!row.key.empty() && row.accuracy) out["accuracy"][row.key] = AccuracyJson(*row.accuracy);
   }

@@ -84,6 +84,7 @@ TEST(Report, SaysHowGoodItIsAndWarns) {
   EXPECT_NE(html.find("images/000017.png: cannot decode"), std::string::npos);
   EXPECT_NE(html.find("Against ground truth (88 frames): position"), std::string::npos);
   EXPECT_NE(html.find("closed form (RANSAC + low-pass)"), std::string::npos);
+  EXPECT_NE(html.find("each frame's tags alone"), std::string::npos);
   const std::string without = Report(SyntheticEstimate(90, false), false);
   EXPECT_NE(without.find("There is no ground truth"), std::string::npos);
   EXPECT_EQ(without.find("Position error"), std::string::npos);
@@ -101,7 +102,7 @@ TEST(Report, PlotsHoldTheStatesAndTheirBands) {
   EXPECT_NEAR(x["series"][2]["v"][50], f.state.world_from_body.translation().x(), 1e-5);
   EXPECT_NEAR(x["series"][2]["w"][50], 3 * std::sqrt(f.covariance(3, 3)), 1e-5);
   EXPECT_TRUE(x["series"][0]["v"][39].is_null()) << "frame 39 has no tag, hence no closed form";
-  EXPECT_EQ(data["plots"].size(), 12u + 12u + 2u + 1u);
+  EXPECT_EQ(data["plots"].size(), 12u + 12u + 2u + 2u + 1u);
 }
 
 TEST(Report, AnEstimateOfNothingStillMakesAPage) {

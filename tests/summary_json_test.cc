@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -30,8 +31,8 @@ TEST(Summary, HasTheDesignedKeys) {
   const Estimate estimate = SyntheticEstimate(kFrames, false);
   const auto s = SummaryJson(estimate, Rows(estimate), {});
   EXPECT_THAT(Keys(s), ElementsAre("mode", "frames", "frames_estimated", "reprojection_px", "noise",
-                                   "timing_ms", "wall_s", "peak_rss_mib", "accuracy", "dataset",
-                                   "warnings", "version"));
+                                   "timing_ms", "wall_s", "peak_rss_mib", "bound", "accuracy",
+                                   "dataset", "warnings", "version"));
   EXPECT_THAT(Keys(s["reprojection_px"]), ElementsAre("median", "p95"));
   EXPECT_THAT(Keys(s["noise"]), ElementsAre("corner_sigma_px", "track_sigma_px", "accel_psd",
                                             "angular_accel_psd", "source", "linear_prior",
@@ -48,6 +49,22 @@ TEST(Summary, HasTheDesignedKeys) {
   EXPECT_EQ(s["timing_ms"]["optimise"]["max"], 123.0);
   EXPECT_NEAR(s["accuracy"]["optimised"]["nees_mean"], 12, 2);
   EXPECT_NEAR(s["accuracy"]["optimised"]["nees"]["per_dof"], 1, 0.2);
+}
+
+TEST(Summary, BoundIsThatOfTheCovarianceAndTheErrorsReachIt) {
+  Estimate estimate = SyntheticEstimate(kFrames, false);
+  estimate.frames[3].pose_bound = 4e-6 * PoseCovariance::Identity();
+  const auto bound = SummaryJson(estimate, Rows(estimate), {})["bound"];
+  EXPECT_THAT(Keys(bound), ElementsAre("frame", "smoothed", "rmse_over_bound"));
+  EXPECT_EQ(bound["frame"]["frames"], 1);
+  EXPECT_NEAR(bound["frame"]["position_m"], std::sqrt(3 * 4e-6), 1e-12);
+  EXPECT_EQ(bound["smoothed"]["frames"], kFrames);
+  for (const char* part : {"position", "rotation", "velocity", "rate"}) {
+    EXPECT_NEAR(bound["rmse_over_bound"][part], 1, 0.15) << part;  // errors drawn from it
+  }
+  const auto nothing = SummaryJson(Estimate(), {}, {})["bound"];
+  EXPECT_TRUE(nothing["frame"]["position_m"].is_null());
+  EXPECT_FALSE(nothing.contains("rmse_over_bound"));
 }
 
 TEST(Summary, WithoutTruthThereIsNoAccuracy) {

@@ -24,6 +24,8 @@ struct BodyState {
 
 using StateVector = Eigen::Matrix<double, 12, 1>;
 using StateCovariance = Eigen::Matrix<double, 12, 12>;
+/// Of the pose alone, the first six entries of the error state.
+using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 
 /// Error state of `state` as seen from `reference`: state = reference [+] difference.
 StateVector Difference(const BodyState& state, const BodyState& reference);
