@@ -204,8 +204,8 @@ Result<BatchResult> BatchEstimator::Solve() const {
       out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
       at.covariance = covariances[static_cast<size_t>(k)];
     }
-    const auto bound = PoseBound(setup_, out.noise.corner_sigma_px, frame.state.world_from_body,
-                                 frame.tags);
+    const auto bound =
+        PoseBound(setup_, out.noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
     if (k < 0 || clock) {
       // A row says where the body was at its stamp.
       const StateCovariance calibration =

@@ -21,15 +21,6 @@ double MedianError(const EstimatorSetup& setup, const GraphFrame& frame) {
   return errors[errors.size() / 2];
 }
 
-// A density whose data decide less than `least_dof` of the motion is made larger: a prior stiffer
-// than what the lag can see would learn nothing more and hold on to its errors.
-VarianceStatistic WithLeastFreedom(const VarianceStatistic& statistic, double least_dof,
-                                   double psd) {
-  constexpr double kGrowth = 1.03;
-  const double missing = std::max(0.0, least_dof - statistic.dof);
-  return {statistic.sum + kGrowth * missing * psd, statistic.dof + missing};
-}
-
 }  // namespace
 
 SlidingWindow::SlidingWindow(EstimatorSetup setup)
@@ -98,13 +89,8 @@ FrameEstimate SlidingWindow::EstimateOf(int state) const {
 
 void SlidingWindow::LearnFromLeavingState() {
   statistics_ = statistics_ * kFade;
-  frames_learned_from_ = kFade * frames_learned_from_ + 1;
   statistics_ += ComputeNoiseStatistics(solution_->graph, solution_->covariance, noise_, {0, 1});
-  const double least_dof = frames_learned_from_ * 3 / (2.0 * setup_.options.window_frames);
-  NoiseStatistics statistics = statistics_;
-  statistics.linear = WithLeastFreedom(statistics_.linear, least_dof, noise_.linear.psd);
-  statistics.angular = WithLeastFreedom(statistics_.angular, least_dof, noise_.angular.psd);
-  noise_ = UpdateNoise(noise_, statistics, setup_.options);
+  noise_ = UpdateNoise(noise_, statistics_, setup_.options);
 }
 
 void SlidingWindow::MarginalizeOldest() {

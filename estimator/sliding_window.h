@@ -53,7 +53,6 @@ class SlidingWindow {
   TagAudit audit_;                               // of the frames that left
   std::optional<Solution> solution_;             // of the last Add
   NoiseStatistics statistics_;                   // of the frames that left, fading
-  double frames_learned_from_ = 0;               // their number, fading alike
   bool has_learned_ = false;
 };
 
