@@ -1,11 +1,11 @@
 #include "estimator/batch.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <utility>
 
 #include "estimator/bound.h"
+#include "estimator/model_choice.h"
 #include "estimator/prior_calibration.h"
 #include "estimator/seeding.h"
 #include "estimator/smoother.h"
@@ -75,44 +75,6 @@ std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
   return Calibrated(calibration, solution.covariance);
 }
 
-// Solves under white noise on jerk and, where that is open, under white noise on acceleration too;
-// the likelier one stays.
-Result<Solution> SolveWithLikelierPrior(const EstimatorSetup& setup, const SolveOptions& options,
-                                        GraphInput* input, NoiseModel* noise) {
-  *noise = InitialNoise(setup.options);
-  if (!MotionPriorIsOpen(setup.options)) return SolveAndLearn(setup, options, input, noise);
-  GraphInput other_input = *input;
-  auto solution = SolveAndLearn(setup, options, input, noise);
-  if (!solution) return solution;
-  NoiseModel other = InitialNoise(setup.options, WhiteNoiseOn::kAcceleration);
-  other.corner_sigma_px = noise->corner_sigma_px;
-  other.track_sigma_px = noise->track_sigma_px;
-  auto other_solution = SolveAndLearn(setup, options, &other_input, &other);
-  if (other_solution && other_solution->log_likelihood > solution->log_likelihood) {
-    *input = std::move(other_input);
-    *noise = other;
-    return other_solution;
-  }
-  return solution;
-}
-
-void SetTimes(const std::vector<int64_t>& t_ns, std::vector<FrameMeasurements>* measurements) {
-  for (size_t i = 0; i < measurements->size(); ++i) (*measurements)[i].t_ns = t_ns[i];
-}
-
-// Of the tags, under white noise on jerk where the prior is open.
-std::optional<double> LogLikelihood(const EstimatorSetup& setup,
-                                    const std::vector<FrameMeasurements>& measurements) {
-  auto seeds = SeedFrames(setup, measurements);
-  if (!seeds) return std::nullopt;
-  GraphInput input = InputOfStates(StatesOfFrames(setup, *seeds, {}), *seeds, {});
-  NoiseModel noise = InitialNoise(setup.options);
-  const auto solution =
-      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, &noise);
-  if (!solution) return std::nullopt;
-  return solution->log_likelihood;
-}
-
 // Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations
 // matter less and are left out.
 StateCovariance OfClock(const BodyState& state, double sigma_s) {
@@ -143,40 +105,17 @@ void BatchEstimator::Add(FrameMeasurements measurement) {
   measurements_.push_back(std::move(measurement));
 }
 
-std::optional<SteadyClock> BatchEstimator::ChooseClock() const {
-  if (setup_.options.clock == "stamps") return std::nullopt;
-  std::vector<int64_t> stamps;
-  for (const FrameMeasurements& m : measurements_) stamps.push_back(m.t_ns);
-  auto clock = FitSteadyClock(stamps);
-  if (!clock || setup_.options.clock == "steady") return clock;
-  // Jitter this small moves nothing by as much as the corners' noise does.
-  constexpr double kLeastJitterS = 2e-4;
-  if (clock->rms_s < kLeastJitterS) return std::nullopt;
-  // The likelier clock over the first frames; ten in its logarithm is beyond doubt.
-  constexpr size_t kFrames = 300;
-  constexpr double kClearly = 10;
-  std::vector<FrameMeasurements> measurements(
-      measurements_.begin(),
-      measurements_.begin() + static_cast<std::ptrdiff_t>(std::min(kFrames, measurements_.size())));
-  const auto stamped = LogLikelihood(setup_, measurements);
-  SetTimes(clock->t_ns, &measurements);
-  const auto steady = LogLikelihood(setup_, measurements);
-  if (!stamped || !steady || !(*steady > *stamped + kClearly)) return std::nullopt;
-  return clock;
-}
-
 Result<BatchResult> BatchEstimator::Solve() const {
-  const std::optional<SteadyClock> clock = ChooseClock();
-  std::vector<FrameMeasurements> measurements = measurements_;
-  if (clock) SetTimes(clock->t_ns, &measurements);
-  auto seeds = SeedFrames(setup_, measurements);
+  const std::optional<SteadyClock> clock = ChooseClock(setup_, measurements_);
+  auto seeds = SeedFrames(setup_, clock ? AtTimes(clock->t_ns, measurements_) : measurements_);
   if (!seeds) return seeds.error();
   const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
 
   BatchResult out;
   const SolveOptions options{setup_.options.max_iterations};
-  auto solution = SolveWithLikelierPrior(setup_, options, &input, &out.noise);
+  out.noise = InitialNoise(setup_.options, ChoosePrior(setup_, *seeds));
+  auto solution = SolveAndLearn(setup_, options, &input, &out.noise);
   if (!solution) return solution.error();
   // What is left out may have misled a seed or hidden another fault: until nothing changes.
   std::vector<std::vector<TagDetection>> seen;  // in each state

@@ -1,12 +1,10 @@
 #pragma once
-#include <optional>
 #include <vector>
 
 #include "estimator/estimate.h"
 #include "estimator/graph_builder.h"
 #include "estimator/track_segments.h"
 #include "estimator/trajectory.h"
-#include "frontend/steady_clock.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/result.h"
 
@@ -33,9 +31,6 @@ class BatchEstimator {
   Result<BatchResult> Solve() const;
 
  private:
-  /// The fitted clock where the options or the images ask for it.
-  std::optional<SteadyClock> ChooseClock() const;
-
   EstimatorSetup setup_;
   TrackSegmenter segmenter_;
   std::vector<FrameMeasurements> measurements_;  // without their tracks
