@@ -3,21 +3,14 @@
 #include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "estimator/batch.h"
 #include "estimator/chi_square.h"
+#include "estimator/format_text.h"
 #include "estimator/sliding_window.h"
 
 namespace tagtwist {
 namespace {
-
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  std::array<char, 300> text;
-  std::snprintf(text.data(), text.size(), format, args...);
-  return text.data();
-}
 
 StateVector ErrorOf(const FrameEstimate& estimate, const TruthSample& truth) {
   return Difference(estimate.state, {truth.world_from_body, *truth.twist});

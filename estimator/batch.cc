@@ -1,14 +1,13 @@
 #include "estimator/batch.h"
 
-#include <cstdio>
 #include <string>
 #include <utility>
 
 #include "estimator/bound.h"
+#include "estimator/format_text.h"
 #include "estimator/model_choice.h"
 #include "estimator/prior_calibration.h"
 #include "estimator/seeding.h"
-#include "estimator/smoother.h"
 #include "estimator/tag_audit.h"
 #include "estimator/tag_revision.h"
 
@@ -84,12 +83,10 @@ StateCovariance OfClock(const BodyState& state, double sigma_s) {
 }
 
 std::string ClockText(const SteadyClock& clock) {
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "the camera's clock is steady at %.3f ms, the stamps scatter by %.2f ms RMS around "
-                "it: frames are taken at its ticks",
-                1e3 * clock.period_s, 1e3 * clock.rms_s);
-  return text;
+  return Format(
+      "the camera's clock is steady at %.3f ms, the stamps scatter by %.2f ms RMS around it: "
+      "frames are taken at its ticks",
+      1e3 * clock.period_s, 1e3 * clock.rms_s);
 }
 
 }  // namespace
@@ -105,30 +102,38 @@ void BatchEstimator::Add(FrameMeasurements measurement) {
   measurements_.push_back(std::move(measurement));
 }
 
-Result<BatchResult> BatchEstimator::Solve() const {
-  const std::optional<SteadyClock> clock = ChooseClock(setup_, measurements_);
-  auto seeds = SeedFrames(setup_, clock ? AtTimes(clock->t_ns, measurements_) : measurements_);
-  if (!seeds) return seeds.error();
-  const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
-  GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
-
-  BatchResult out;
+Result<Solution> BatchEstimator::SolveWithTrustedTags(const std::vector<int>& state_of_frame,
+                                                      GraphInput* input, NoiseModel* noise) const {
   const SolveOptions options{setup_.options.max_iterations};
-  out.noise = InitialNoise(setup_.options, ChoosePrior(setup_, *seeds));
-  auto solution = SolveAndLearn(setup_, options, &input, &out.noise);
-  if (!solution) return solution.error();
-  // What is left out may have misled a seed or hidden another fault: until nothing changes.
+  auto solution = SolveAndLearn(setup_, options, input, noise);
+  if (!solution) return solution;
   std::vector<std::vector<TagDetection>> seen;  // in each state
   for (size_t i = 0; i < state_of_frame.size(); ++i) {
     if (state_of_frame[i] >= 0) seen.push_back(measurements_[i].tags);
   }
+  // What is left out may have misled a seed or hidden another fault: until nothing changes.
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool readmit = round == 0;
-    if (!ReviseTags(setup_, out.noise, solution->graph, seen, readmit, &input.frames)) break;
-    solution = SolveAndLearn(setup_, options, &input, &out.noise);
-    if (!solution) return solution.error();
+    if (!ReviseTags(setup_, *noise, solution->graph, seen, readmit, &input->frames)) break;
+    solution = SolveAndLearn(setup_, options, input, noise);
+    if (!solution) return solution;
   }
+  return solution;
+}
+
+Result<BatchResult> BatchEstimator::Solve() const {
+  const std::optional<SteadyClock> clock = ChooseClock(setup_, measurements_);
+  auto seeds = clock ? SeedFrames(setup_, AtTimes(clock->t_ns, measurements_))
+                     : SeedFrames(setup_, measurements_);
+  if (!seeds) return seeds.error();
+  const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
+  GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
+  BatchResult out;
+  out.noise = InitialNoise(setup_.options, ChoosePrior(setup_, *seeds));
+  const auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
+  if (!solution) return solution.error();
+
   TagAudit audit;
   out.trajectory = MakeTrajectory(*solution, out.noise);
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);

@@ -3,6 +3,7 @@
 
 #include "estimator/estimate.h"
 #include "estimator/graph_builder.h"
+#include "estimator/smoother.h"
 #include "estimator/track_segments.h"
 #include "estimator/trajectory.h"
 #include "frontend/types/measurements.h"
@@ -31,6 +32,11 @@ class BatchEstimator {
   Result<BatchResult> Solve() const;
 
  private:
+  /// Solves and learns, again and again without the tags that the solution contradicts. Leaves in
+  /// `input` the states and the tags that were used.
+  Result<Solution> SolveWithTrustedTags(const std::vector<int>& state_of_frame, GraphInput* input,
+                                        NoiseModel* noise) const;
+
   EstimatorSetup setup_;
   TrackSegmenter segmenter_;
   std::vector<FrameMeasurements> measurements_;  // without their tracks

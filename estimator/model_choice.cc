@@ -68,8 +68,8 @@ std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
   constexpr double kLeastJitterS = 2e-4;
   if (clock->rms_s < kLeastJitterS) return std::nullopt;
   constexpr double kClearly = 10;  // in the logarithm: beyond doubt
-  std::vector<FrameMeasurements> first = measurements;
-  first.resize(std::min(kFrames, first.size()));
+  const auto size = static_cast<std::ptrdiff_t>(std::min(kFrames, measurements.size()));
+  const std::vector<FrameMeasurements> first(measurements.begin(), measurements.begin() + size);
   const auto stamped = LogLikelihood(setup, first);
   const auto steady = LogLikelihood(setup, AtTimes(clock->t_ns, first));
   if (!stamped || !steady || !(*steady > *stamped + kClearly)) return std::nullopt;

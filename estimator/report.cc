@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 
+#include "estimator/format_text.h"
 #include "estimator/pose_series.h"
 #include "estimator/quantile.h"
 #include "estimator/report_bound.h"
@@ -24,13 +24,6 @@ enum Slot : size_t {
   kFrameBound,
   kFirstStage
 };
-
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  std::array<char, 400> text;
-  std::snprintf(text.data(), text.size(), format, args...);
-  return text.data();
-}
 
 const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::string& key) {
   for (const ComparisonRow& row : rows) {

@@ -2,23 +2,16 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "estimator/bound.h"
+#include "estimator/format_text.h"
 
 namespace tagtwist {
 namespace {
 
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  std::array<char, 400> text;
-  std::snprintf(text.data(), text.size(), format, args...);
-  return text.data();
-}
 
 // RMSE / bound of the row with that key, as text of position, attitude, velocity, rate.
 std::string RatioText(const std::vector<ComparisonRow>& rows, const std::string& key) {
@@ -54,8 +47,8 @@ TextTable Table(const EstimateBounds& bounds, const std::vector<ComparisonRow>& 
 std::string Words(const Estimate& e, const ErrorBound& alone) {
   std::string out =
       "No unbiased method can do better than the bound (Cramér-Rao) with these corners; the "
-      "printed "
-      "standard deviations are that of the whole estimate. RMSE / bound (position, attitude, "
+      "printed standard deviations are that of the whole estimate. RMSE / bound (position, "
+      "attitude, "
       "velocity, rate; with ground truth) is 1 where the estimate takes all that the corners and "
       "the motion's smoothness give. ";
   if (alone.frames == 0) return out + "No frame's tags fix its pose alone.";
