@@ -80,25 +80,38 @@ bool MotionResidual::Evaluate(double const* const* parameters, double* residuals
   r.segment<9>(kLinearRow) = Whiten(w_linear_, linear);
   if (jacobians == nullptr) return true;
 
-  if (jacobians[0] != nullptr || jacobians[2] != nullptr) {
-    Matrix9x3 d_phi;
-    d_phi << Eigen::Matrix3d::Identity(), DRightJacobianInverseTimesVector(phi, omega2),
-        DRightJacobianInverseTimesVector(phi, alpha2);
-    const Matrix9x3 whitened = Whiten(w_angular_, d_phi);
-    const Eigen::Matrix3d w_f = w_linear_ * f_linear_, eye = Eigen::Matrix3d::Identity();
-    if (jacobians[0] != nullptr) {
-      Matrix18x6 d = Matrix18x6::Zero();
-      d.block<9, 3>(kAngularRow, 0).noalias() = whitened * -jr_inverse.transpose();  // -Jl^-1(phi)
-      for (int i = 0; i < 3; ++i) d.block<3, 3>(kLinearRow + 3 * i, 3) = -w_f(i, 0) * eye;
-      LiftPoseJacobian(d, parameters[0], jacobians[0]);
-    }
-    if (jacobians[2] != nullptr) {
-      Matrix18x6 d = Matrix18x6::Zero();
-      d.block<9, 3>(kAngularRow, 0).noalias() = whitened * jr_inverse;
-      for (int i = 0; i < 3; ++i) d.block<3, 3>(kLinearRow + 3 * i, 3) = w_linear_(i, 0) * eye;
-      LiftPoseJacobian(d, parameters[2], jacobians[2]);
-    }
+  DifferentiateByPoses(parameters, phi, jr_inverse, jacobians);
+  DifferentiateByRates(jr_inverse, jacobians);
+  return true;
+}
+
+void MotionResidual::DifferentiateByPoses(double const* const* parameters,
+                                          const Eigen::Vector3d& phi,
+                                          const Eigen::Matrix3d& jr_inverse,
+                                          double** jacobians) const {
+  if (jacobians[0] == nullptr && jacobians[2] == nullptr) return;
+  const Eigen::Vector3d omega2(parameters[3] + kOmega), alpha2(parameters[3] + kAlpha);
+  Matrix9x3 d_phi;
+  d_phi << Eigen::Matrix3d::Identity(), DRightJacobianInverseTimesVector(phi, omega2),
+      DRightJacobianInverseTimesVector(phi, alpha2);
+  const Matrix9x3 whitened = Whiten(w_angular_, d_phi);
+  const Eigen::Matrix3d w_f = w_linear_ * f_linear_, eye = Eigen::Matrix3d::Identity();
+  if (jacobians[0] != nullptr) {
+    Matrix18x6 d = Matrix18x6::Zero();
+    d.block<9, 3>(kAngularRow, 0).noalias() = whitened * -jr_inverse.transpose();  // -Jl^-1(phi)
+    for (int i = 0; i < 3; ++i) d.block<3, 3>(kLinearRow + 3 * i, 3) = -w_f(i, 0) * eye;
+    LiftPoseJacobian(d, parameters[0], jacobians[0]);
   }
+  if (jacobians[2] != nullptr) {
+    Matrix18x6 d = Matrix18x6::Zero();
+    d.block<9, 3>(kAngularRow, 0).noalias() = whitened * jr_inverse;
+    for (int i = 0; i < 3; ++i) d.block<3, 3>(kLinearRow + 3 * i, 3) = w_linear_(i, 0) * eye;
+    LiftPoseJacobian(d, parameters[2], jacobians[2]);
+  }
+}
+
+void MotionResidual::DifferentiateByRates(const Eigen::Matrix3d& jr_inverse,
+                                          double** jacobians) const {
   if (jacobians[1] != nullptr) {
     Matrix18x12 d = Matrix18x12::Zero();
     const Eigen::Matrix3d linear_by = -w_linear_ * f_linear_, angular_by = -w_angular_ * f_angular_;
@@ -118,7 +131,6 @@ bool MotionResidual::Evaluate(double const* const* parameters, double* residuals
     }
     Eigen::Map<Matrix18x12>{jacobians[3]} = d;
   }
-  return true;
 }
 
 }  // namespace tagtwist

@@ -30,6 +30,11 @@ class MotionResidual final : public ceres::SizedCostFunction<18, 7, 12, 7, 12> {
   double LogDetInformation() const;
 
  private:
+  // Into those of `jacobians` that are asked for; phi and Jr^-1(phi) as in Evaluate.
+  void DifferentiateByPoses(double const* const* parameters, const Eigen::Vector3d& phi,
+                            const Eigen::Matrix3d& jr_inverse, double** jacobians) const;
+  void DifferentiateByRates(const Eigen::Matrix3d& jr_inverse, double** jacobians) const;
+
   Eigen::Matrix3d f_linear_, f_angular_;  // transitions
   Eigen::Matrix3d w_linear_, w_angular_;  // root informations
 };
