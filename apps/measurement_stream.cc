@@ -37,11 +37,10 @@ MeasurementStream::Detected MeasurementStream::Detect(Frame frame, const TagDete
   const Config& config = shared.config;
   const TagDetectorOptions& options = config.front_end.detector;
   Detected out;
-  out.tags = FilterTags(use_detections ? frame.detections : detector.Detect(frame.image),
-                        config.map, config.camera, options.border_px);
-  if (!use_detections && options.refine_pattern) {
-    out.tags = shared.refiner.RefineAll(frame.image, out.tags);
-  }
+  out.tags =
+      use_detections
+          ? FilterTags(frame.detections, config.map, config.camera, options.border_px)
+          : FindTags(frame.image, detector, shared.refiner, config.map, config.camera, options);
   out.frame = std::move(frame);
   out.detect_ms = watch.ElapsedMs();
   return out;

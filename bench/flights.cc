@@ -96,10 +96,11 @@ Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, d
   FrontEnd front_end(config.camera, config.cam_from_body, config.map, config.front_end);
   for (size_t i = 0; i < stamps_ns->size(); ++i) {
     const SimulatedFrame frame = simulator->MakeFrame(i, (*stamps_ns)[i]);
+    const TagDetectorOptions& look = config.front_end.detector;
     std::vector<TagDetection> tags =
-        FilterTags(options.images ? image_tags->detector.Detect(frame.image) : frame.detections,
-                   config.map, config.camera, config.front_end.detector.border_px);
-    if (options.images) tags = image_tags->refiner.RefineAll(frame.image, tags);
+        options.images ? FindTags(frame.image, image_tags->detector, image_tags->refiner,
+                                  config.map, config.camera, look)
+                       : FilterTags(frame.detections, config.map, config.camera, look.border_px);
     if (flight.one_tag) KeepTheMiddleOne(config.camera, &tags);
     run.measurements.push_back(front_end.Process(frame.t_ns, tags, frame.image));
     run.truth.push_back({frame.t_ns, frame.truth.world_from_body, frame.truth.twist});

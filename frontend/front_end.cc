@@ -46,4 +46,12 @@ std::vector<TagDetection> FilterTags(const std::vector<TagDetection>& tags, cons
   return usable;
 }
 
+std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detector,
+                                   const CornerRefiner& refiner, const TagMap& map,
+                                   const Camera& camera, const TagDetectorOptions& options) {
+  std::vector<TagDetection> tags =
+      FilterTags(detector.Detect(gray), map, camera, options.border_px);
+  return options.refine_pattern ? refiner.RefineAll(gray, tags) : tags;
+}
+
 }  // namespace tagtwist

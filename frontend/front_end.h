@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "frontend/closed_form.h"
+#include "frontend/corner_refiner.h"
 #include "frontend/klt_tracker.h"
 #include "frontend/tag_detector.h"
 #include "frontend/types/camera.h"
@@ -45,5 +46,11 @@ class FrontEnd {
 /// all corners at least border_px inside the image. Sorted by id.
 std::vector<TagDetection> FilterTags(const std::vector<TagDetection>& tags, const TagMap& map,
                                      const Camera& camera, double border_px);
+
+/// The usable tags of an image: detected, filtered, their corners refined unless the options say
+/// not.
+std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detector,
+                                   const CornerRefiner& refiner, const TagMap& map,
+                                   const Camera& camera, const TagDetectorOptions& options);
 
 }  // namespace tagtwist
