@@ -80,24 +80,6 @@ void AddMotion(const NoiseModel& noise, Graph* graph) {
   }
 }
 
-// Where the ray through a pixel meets the plane, in the plane's coordinates.
-std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
-                                            const Pose& world_from_body,
-                                            const Pose& world_from_plane,
-                                            const Eigen::Vector2d& pixel) {
-  const auto ray = setup.camera.Unproject(pixel);
-  if (!ray) return std::nullopt;
-  const Pose plane_from_cam =
-      Inverse(world_from_plane) * world_from_body * Inverse(setup.cam_from_body);
-  const Eigen::Vector3d direction =
-      plane_from_cam.rotation() * Eigen::Vector3d(ray->x(), ray->y(), 1);
-  const Eigen::Vector3d origin = plane_from_cam.translation();
-  const double depth = -origin.z() / direction.z();
-  constexpr double kMaxDepthM = 100;  // farther is a grazing view: no use, and badly conditioned
-  if (!(depth > 0.01 && depth < kMaxDepthM)) return std::nullopt;
-  return (origin + depth * direction).head<2>();
-}
-
 // A segment's point as its views say it from the states' poses: the median of each coordinate.
 // Beyond the map nothing is known of the floor.
 std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const Graph& graph,
@@ -176,6 +158,23 @@ Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const 
   const Eigen::Matrix<double, 8, 8> other =
       sigma_px * sigma_px * Eigen::Matrix<double, 8, 8>::Identity();
   return tag.covariance && !setup.options.corner_sigma_px ? *tag.covariance + other : other;
+}
+
+std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
+                                            const Pose& world_from_body,
+                                            const Pose& world_from_plane,
+                                            const Eigen::Vector2d& pixel) {
+  const auto ray = setup.camera.Unproject(pixel);
+  if (!ray) return std::nullopt;
+  const Pose plane_from_cam =
+      Inverse(world_from_plane) * world_from_body * Inverse(setup.cam_from_body);
+  const Eigen::Vector3d direction =
+      plane_from_cam.rotation() * Eigen::Vector3d(ray->x(), ray->y(), 1);
+  const Eigen::Vector3d origin = plane_from_cam.translation();
+  const double depth = -origin.z() / direction.z();
+  constexpr double kMaxDepthM = 100;  // farther is a grazing view: no use, and badly conditioned
+  if (!(depth > 0.01 && depth < kMaxDepthM)) return std::nullopt;
+  return (origin + depth * direction).head<2>();
 }
 
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {

@@ -57,6 +57,13 @@ Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const Gra
 Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
                                              double sigma_px);
 
+/// Where the ray through a pixel meets a plane z = 0 of its own frame, in that frame [m]; nullopt
+/// where it does not, or more than 100 m away: a grazing view.
+std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
+                                            const Pose& world_from_body,
+                                            const Pose& world_from_plane,
+                                            const Eigen::Vector2d& pixel);
+
 /// Writes the graph's states back into the frames.
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames);
 

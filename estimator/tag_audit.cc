@@ -21,18 +21,12 @@ Quad MapQuad(const Tag& tag) {
 // Where the rays through the corners meet the tag's plane, in its frame [m].
 std::optional<Quad> SeenQuad(const EstimatorSetup& setup, const Pose& world_from_body,
                              const Tag& tag, const TagDetection& detection) {
-  const Pose tag_from_cam =
-      Inverse(tag.world_from_tag) * world_from_body * Inverse(setup.cam_from_body);
-  const Eigen::Vector3d origin = tag_from_cam.translation();
   Quad quad;
   for (size_t c = 0; c < 4; ++c) {
-    const auto ray = setup.camera.Unproject(detection.corners[c]);
-    if (!ray) return std::nullopt;
-    const Eigen::Vector3d direction =
-        tag_from_cam.rotation() * Eigen::Vector3d(ray->x(), ray->y(), 1);
-    const double depth = -origin.z() / direction.z();
-    if (!(depth > 0 && std::isfinite(depth))) return std::nullopt;
-    quad[c] = (origin + depth * direction).head<2>();
+    const auto point =
+        PointOnPlane(setup, world_from_body, tag.world_from_tag, detection.corners[c]);
+    if (!point) return std::nullopt;
+    quad[c] = *point;
   }
   return quad;
 }
