@@ -68,8 +68,8 @@ std::vector<Row> Rows() {
     rows.push_back(SimulatedRow(flight));
   }
   if (FLAGS_exact_runs > 0) {
-    rows.push_back(ExactRow("exact model, jerk", {}));
-    rows.push_back(ExactRow("exact model, acceleration", WithWhiteAcceleration({})));
+    rows.push_back(ExactRow("exact model, jerk", ModelUnder(WhiteNoiseOn::kJerk)));
+    rows.push_back(ExactRow("exact model, acceleration", ModelUnder(WhiteNoiseOn::kAcceleration)));
   }
   return rows;
 }

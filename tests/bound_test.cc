@@ -143,8 +143,7 @@ TEST(Bounds, AreOfTheFramesAtTheLagInWindowMode) {
 // The law that the report tells: a long recording's sigmas against half the corner noise.
 TEST(Bounds, HalfTheNoiseGainsWhatTheReportSays) {
   for (const WhiteNoiseOn on : {WhiteNoiseOn::kJerk, WhiteNoiseOn::kAcceleration}) {
-    ExactModelOptions model;
-    if (on == WhiteNoiseOn::kAcceleration) model = WithWhiteAcceleration(model);
+    ExactModelOptions model = ModelUnder(on);
     model.linear.psd = model.angular.psd = on == WhiteNoiseOn::kJerk ? 1 : 0.01;
     model.rate_hz = 200;  // many frames smooth each other
     model.frames = 200;

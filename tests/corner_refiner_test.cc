@@ -209,68 +209,6 @@ TEST(CornerRefiner, ADistortedCameraLeavesNoBias) {
   EXPECT_GT(score.nees, 0.7);
 }
 
-TEST(PatternState, JacobianMatchesNumericDifferences) {
-  const auto patterns = MakeTagPatterns("tag36h11", {5});
-  ASSERT_TRUE(patterns);
-  const PatternModel model(patterns->front());
-  const NormalTable normal;
-  PatternState state;
-  state.tag_from_pixel = *TagFromPixel({{{11, 42}, {37, 45}, {41, 14}, {13, 12}}});
-  state.origin = {25, 27};
-  state.radius_px = 20;
-  state.blur_px2 = {0.6, 0.05, 0.5};
-  state.black = 30;
-  state.gain = 180;
-  state.light = {0.05, -0.03, 0.02};
-  const Eigen::Vector3d blur = state.blur_px2;
-  PatternVector worst = PatternVector::Zero(), size = PatternVector::Zero();
-  for (int y = 8; y < 50; ++y) {
-    for (int x = 8; x < 46; ++x) {
-      PatternRow row;
-      const Eigen::Vector2d pixel(x, y);
-      PredictGrey(model, state, normal, pixel, &row);
-      for (int i = 0; i < kPatternUnknowns; ++i) {
-        const double h = 1e-5;
-        PatternVector step = PatternVector::Zero();
-        step[i] = h;
-        const double up = PredictGrey(model, Move(state, step), normal, pixel, nullptr);
-        const double down = PredictGrey(model, Move(state, -step), normal, pixel, nullptr);
-        const double numeric = (up - down) / (2 * h);
-        worst[i] = std::max(worst[i], std::abs(numeric - row[static_cast<size_t>(i)]));
-        size[i] = std::max(size[i], std::abs(numeric));
-      }
-    }
-  }
-  for (int i = 0; i < kPatternUnknowns; ++i) {
-    EXPECT_GT(size[i], 1) << i;
-    EXPECT_LT(worst[i], (i < 8 ? 0.01 : i < 11 ? 0.1 : 1e-5) * size[i]) << i;
-  }
-  EXPECT_EQ(state.blur_px2, blur);
-}
-
-TEST(PatternState, CornersMoveAsTheirJacobianSays) {
-  PatternState state;
-  const Corners corners = {{{11, 42}, {37, 45}, {41, 14}, {13, 12}}};
-  state.tag_from_pixel = *TagFromPixel(corners);
-  Eigen::Matrix<double, 8, 8> jacobian;
-  const Corners same = PatternCorners(state, &jacobian);
-  EXPECT_LT(Difference(same, corners).norm(), 1e-9);
-  for (int i = 0; i < 8; ++i) {
-    PatternVector step = PatternVector::Zero();
-    step[i] = 1e-6;
-    const Eigen::Matrix<double, 8, 1> numeric =
-        Difference(PatternCorners(Move(state, step)), PatternCorners(Move(state, -step))) / 2e-6;
-    EXPECT_LT((numeric - jacobian.col(i)).norm(), 1e-5 * jacobian.norm()) << i;
-  }
-}
-
-TEST(PatternState, AQuadThatIsNoneHasNoHomography) {
-  EXPECT_FALSE(TagFromPixel({{{0, 0}, {0, 0}, {0, 0}, {0, 0}}}));
-  EXPECT_FALSE(TagFromPixel({{{0, 10}, {0, 0}, {10, 0}, {10, 10}}}));  // mirrored
-  EXPECT_FALSE(TagFromPixel({{{0, 10}, {10, 0}, {10, 10}, {0, 0}}}));  // crossed
-  EXPECT_FALSE(TagFromPixel({{{NAN, 10}, {10, 10}, {10, 0}, {0, 0}}}));
-}
-
 // A frame's tags well inside of the image, with their true corners.
 struct View {
   SimulatedFrame frame;

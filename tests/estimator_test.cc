@@ -44,18 +44,8 @@ TEST(Batch, WithoutNoiseItFindsTheTruth) {
   }
 }
 
-class ExactModel : public testing::TestWithParam<WhiteNoiseOn> {
- protected:
-  static ExactModelOptions Model(unsigned seed = 1) {
-    ExactModelOptions model;
-    if (GetParam() == WhiteNoiseOn::kAcceleration) model = WithWhiteAcceleration(model);
-    model.seed = seed;
-    return model;
-  }
-};
-INSTANTIATE_TEST_SUITE_P(Priors, ExactModel,
-                         testing::Values(WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk),
-                         PriorName);
+class ExactModel : public UnderBothPriors {};
+INSTANTIATE_UNDER_BOTH_PRIORS(ExactModel);
 
 TEST_P(ExactModel, CovarianceOfBatchHolds) {
   double sum = 0;

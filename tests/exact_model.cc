@@ -88,9 +88,10 @@ EstimatorSetup CourseSetup(const EstimatorOptions& options) {
   return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
 }
 
-ExactModelOptions WithWhiteAcceleration(ExactModelOptions options) {
-  options.linear = {WhiteNoiseOn::kAcceleration, 0.05};
-  options.angular = {WhiteNoiseOn::kAcceleration, 0.05};
+ExactModelOptions ModelUnder(WhiteNoiseOn prior, unsigned seed) {
+  ExactModelOptions options;
+  options.seed = seed;
+  if (prior == WhiteNoiseOn::kAcceleration) options.linear = options.angular = {prior, 0.05};
   return options;
 }
 

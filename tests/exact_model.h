@@ -29,8 +29,17 @@ struct ExactModelFlight {
 
 ExactModelFlight DrawFlight(const ExactModelOptions& options);
 
-/// The model with white noise on acceleration in place of jerk.
-ExactModelOptions WithWhiteAcceleration(ExactModelOptions options);
+/// The model under that prior, with densities to suit the mat.
+ExactModelOptions ModelUnder(WhiteNoiseOn prior, unsigned seed = 1);
+
+/// Tests that hold under both priors: INSTANTIATE_UNDER_BOTH_PRIORS(suite).
+class UnderBothPriors : public testing::TestWithParam<WhiteNoiseOn> {
+ protected:
+  static ExactModelOptions Model(unsigned seed = 1) { return ModelUnder(GetParam(), seed); }
+};
+#define INSTANTIATE_UNDER_BOTH_PRIORS(suite) \
+  INSTANTIATE_TEST_SUITE_P(                  \
+      Priors, suite, testing::Values(WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk), PriorName)
 
 /// For the names of tests: "Acceleration" or "Jerk".
 std::string PriorName(const testing::TestParamInfo<WhiteNoiseOn>& prior);

@@ -24,18 +24,8 @@ Solution Solved(const ExactModelOptions& model, const std::vector<FrameMeasureme
   return *SolveAndInvert(setup, InitialNoise(setup.options), input, {50});
 }
 
-class PriorCalibrationTest : public testing::TestWithParam<WhiteNoiseOn> {
- protected:
-  static ExactModelOptions Model(unsigned seed) {
-    ExactModelOptions model;
-    if (GetParam() == WhiteNoiseOn::kAcceleration) model = WithWhiteAcceleration(model);
-    model.seed = seed;
-    return model;
-  }
-};
-INSTANTIATE_TEST_SUITE_P(Priors, PriorCalibrationTest,
-                         testing::Values(WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk),
-                         PriorName);
+class PriorCalibrationTest : public UnderBothPriors {};
+INSTANTIATE_UNDER_BOTH_PRIORS(PriorCalibrationTest);
 
 TEST_P(PriorCalibrationTest, WhereThePriorHoldsThePowerIsOneOnAverage) {
   double sum = 0;

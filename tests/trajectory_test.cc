@@ -12,16 +12,8 @@ namespace {
 
 EstimatorSetup SetupFor(const ExactModelOptions& model) { return CourseSetup(GivenNoise(model)); }
 
-class TrajectoryTest : public testing::TestWithParam<WhiteNoiseOn> {
- protected:
-  static ExactModelOptions Model() {
-    const ExactModelOptions model;
-    return GetParam() == WhiteNoiseOn::kJerk ? model : WithWhiteAcceleration(model);
-  }
-};
-INSTANTIATE_TEST_SUITE_P(Priors, TrajectoryTest,
-                         testing::Values(WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk),
-                         PriorName);
+class TrajectoryTest : public UnderBothPriors {};
+INSTANTIATE_UNDER_BOTH_PRIORS(TrajectoryTest);
 
 // The last state's estimate when every frame has a state in the graph, tags or not.
 StateAndCovariance SolvedInGraph(const ExactModelOptions& model,
