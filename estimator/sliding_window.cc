@@ -137,6 +137,17 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
   return out;
 }
 
+std::optional<StateAndCovariance> SlidingWindow::PredictAt(int64_t t_ns) const {
+  if (!solution_) return std::nullopt;
+  const int newest = static_cast<int>(solution_->graph.states.size()) - 1;
+  Trajectory trajectory;
+  trajectory.states = {solution_->graph.states.back()};
+  trajectory.covariances = {solution_->covariance.At(newest, newest)};
+  trajectory.linear = noise_.linear;
+  trajectory.angular = noise_.angular;
+  return trajectory.At(t_ns);
+}
+
 std::vector<FrameEstimate> SlidingWindow::Finish() {
   std::vector<FrameEstimate> out;
   if (input_.frames.empty()) return out;

@@ -9,6 +9,7 @@
 #include "estimator/smoother.h"
 #include "estimator/tag_audit.h"
 #include "estimator/track_segments.h"
+#include "estimator/trajectory.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist {
@@ -31,6 +32,9 @@ class SlidingWindow {
   Result<WindowOutput> Add(const FrameMeasurements& measurement);
   /// The frames still in the window, smoothed; call at the end.
   std::vector<FrameEstimate> Finish();
+  /// State at a stamp after the newest frame's, as the motion prior carries that frame's state on,
+  /// with its covariance; nullopt while there is no state.
+  std::optional<StateAndCovariance> PredictAt(int64_t t_ns) const;
   const NoiseModel& noise() const { return noise_; }
   /// What the frames that left say of tags and map, one line each; after Finish all frames.
   std::vector<std::string> Warnings() const { return audit_.Warnings(); }

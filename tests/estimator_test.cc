@@ -79,6 +79,31 @@ TEST_P(ExactModel, CovarianceOfTheWindowHolds) {
   EXPECT_NEAR(sum_lagged / n, 12.0, 4 * std::sqrt(24.0 / n));
 }
 
+TEST_P(ExactModel, CovarianceOfThePredictionHolds) {
+  double sum = 0;
+  int n = 0;
+  for (unsigned seed = 41; seed <= 52; ++seed) {
+    const ExactModelOptions model = Model(seed);
+    const ExactModelFlight flight = DrawFlight(model);
+    SlidingWindow window(CourseSetup(GivenNoise(model)));
+    EXPECT_FALSE(window.PredictAt(0));
+    for (size_t i = 0; i < flight.truth.size(); ++i) {
+      const FrameMeasurements& measurement = flight.measurements[i];
+      if (i % 10 == 5) {
+        const auto predicted = window.PredictAt(measurement.t_ns);
+        ASSERT_TRUE(predicted);
+        FrameEstimate next;
+        next.state = predicted->state;
+        next.covariance = predicted->covariance;
+        sum += Nees(next, flight.truth[i]);
+        ++n;
+      }
+      ASSERT_TRUE(window.Add(measurement));
+    }
+  }
+  EXPECT_NEAR(sum / n, 12.0, 4 * std::sqrt(24.0 / n));
+}
+
 TEST_P(ExactModel, AWindowAsLongAsTheRecordingEqualsBatch) {
   ExactModelOptions model = Model();
   model.frames = 30;
