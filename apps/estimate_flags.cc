@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <thread>
 
+#include "apps/config_flags.h"
+
 DEFINE_string(dataset, "",
               "Recording: a course .mat, an EuRoC/ASL folder, or a plain folder (timestamps.csv "
               "and images). Needed.");
-DEFINE_string(
-    config, "",
-    "Camera, mount, tag map and options (YAML); configs/course.yaml's values without it.");
 DEFINE_string(ground_truth, "",
               "Poses to compare with: CSV, TUM, EuRoC or a course .mat. The recording's own where "
               "it has any.");
@@ -69,7 +68,8 @@ Usage EstimateUsage() {
       "its covariance, and compares the closed form with the optimised trajectory. Writes\n"
       "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
       "browser).";
-  usage.groups = {{"What to read", {"dataset", "config", "ground_truth", "use_detections"}},
+  usage.groups = {{"What to read", {"dataset", "ground_truth", "use_detections"}},
+                  ConfigFlags(),
                   {"What to write", {"output", "write_covariance"}},
                   {"How to estimate", {"sliding_window", "window_frames", "tracks", "clock"}},
                   {"Noise (learned from the data unless given)",
@@ -87,7 +87,9 @@ Result<EstimateJob> EstimateJobFromFlags() {
     return Error{"--threads: expected >= 0, got " + std::to_string(FLAGS_threads)};
   }
   job.dataset = FLAGS_dataset;
-  job.config = FLAGS_config;
+  const auto config = ConfigFilesFromFlags();
+  if (!config) return config.error();
+  job.config = *config;
   job.output = FLAGS_output;
   job.ground_truth = FLAGS_ground_truth;
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;

@@ -9,7 +9,8 @@ namespace tagtwist {
 
 /// What the command line of tagtwist_estimate asks for.
 struct EstimateJob {
-  std::string dataset, config, output, ground_truth;
+  std::string dataset, output, ground_truth;
+  ConfigFiles config;
   bool read_images = true;
   bool write_covariance = false;
   RunOptions run;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/config_flags.h"
+
 namespace {
 const tagtwist::SimulateJob& Defaults() {
   static const tagtwist::SimulateJob defaults;
@@ -31,8 +33,6 @@ DEFINE_double(duration, Defaults().duration_s,
 DEFINE_double(height, Defaults().height_m, "Height of a named flight over the mat [m].");
 DEFINE_double(rate, Defaults().rate_hz, "Frames a second, without --image_times.");
 DEFINE_double(jitter_ms, 1e3 * Defaults().jitter_s, "Stamps move by up to this, either way [ms].");
-DEFINE_string(config, Defaults().config,
-              "Camera, extrinsic and tag map (YAML); the course's without it.");
 DEFINE_uint64(seed, Sim().seed, "Of everything random. Same seed, same bytes.");
 DEFINE_double(noise, Look().noise_grey, "Sensor noise, standard deviation [grey levels].");
 DEFINE_double(blur_px, Look().blur_px, "Defocus, standard deviation of a Gaussian [px].");
@@ -137,7 +137,7 @@ Usage SimulateUsage() {
       "twist at every frame's stamp), for tagtwist_estimate --dataset PATH.",
       {{"What to write", {"output", "format", "images", "imu_rate"}},
        {"The flight", {"trajectory", "image_times", "duration", "height", "rate", "jitter_ms"}},
-       {"Camera and map", {"config"}},
+       ConfigFlags(),
        {"The image",
         {"noise", "blur_px", "exposure_ms", "vignetting", "gradient", "gradient_direction_deg",
          "supersampling"}},
@@ -155,7 +155,9 @@ Result<SimulateJob> SimulateJobFromFlags() {
   job.format = FLAGS_format;
   job.trajectory = FLAGS_trajectory;
   job.image_times = FLAGS_image_times;
-  job.config = FLAGS_config;
+  const auto config = ConfigFilesFromFlags();
+  if (!config) return config.error();
+  job.config = *config;
   job.duration_s = FLAGS_duration;
   job.height_m = FLAGS_height;
   job.rate_hz = FLAGS_rate;

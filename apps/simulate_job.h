@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/config.h"
 #include "frontend/dataset_writer.h"
 #include "frontend/simulator.h"
 #include "frontend/types/result.h"
@@ -12,7 +13,8 @@ namespace tagtwist {
 
 /// What tagtwist_simulate was asked to do.
 struct SimulateJob {
-  std::string output, trajectory = "figure8", image_times, config, format = "folder";
+  std::string output, trajectory = "figure8", image_times, format = "folder";
+  ConfigFiles config;
   double duration_s = 0;                  // 0: 20 s of a named flight, all of a file
   double height_m = 1.2;                  // of a named flight
   double rate_hz = 49, jitter_s = 0.002;  // of the frames, without image_times

@@ -66,8 +66,7 @@ int main(int argc, char** argv) {
   const auto job = tagtwist::EstimateJobFromFlags();
   if (!job) return tagtwist::Fail(usage, job.error().message, 2);
   cv::setNumThreads(1);  // the frames are spread over threads here
-  auto config = job->config.empty() ? tagtwist::Result<tagtwist::Config>(tagtwist::DefaultConfig())
-                                    : tagtwist::LoadConfig(job->config);
+  auto config = tagtwist::LoadConfig(job->config);
   if (!config) return tagtwist::Fail(usage, config.error().message);
   if (const auto overridden = tagtwist::OverrideOptions(&config->estimator); !overridden) {
     return tagtwist::Fail(usage, overridden.error().message, 2);

@@ -10,7 +10,7 @@ namespace tagtwist {
 namespace {
 
 Status Simulate(const SimulateJob& job) {
-  const auto config = job.config.empty() ? Result<Config>(DefaultConfig()) : LoadConfig(job.config);
+  const auto config = LoadConfig(job.config);
   if (!config) return config.error();
   const auto trajectory = PrepareTrajectory(job, config->map);
   if (!trajectory) return trajectory.error();

@@ -1,7 +1,10 @@
 #include "estimator/config.h"
 
 #include <cmath>
+#include <filesystem>
 
+#include "estimator/camera_file.h"
+#include "estimator/camera_section.h"
 #include "estimator/tag_map_reader.h"
 #include "estimator/yaml_reader.h"
 
@@ -16,32 +19,33 @@ Pose CourseCamFromBody() {
   return MakePose(Eigen::Quaterniond(rotation), {-0.04, 0, -0.03});
 }
 
-// k1 k2 p1 p2 and, where there is a fifth, k3.
-void ReadDistortion(const YamlValue& node, YamlSection* section, Camera* camera) {
-  std::vector<double> k;
-  const bool right_size = node.items.size() == 4 || node.items.size() == 5;
-  section->Keep(right_size ? ReadNumbers(node, 0, &k)
-                           : Status(node.Refuse("a list of 4 or 5 numbers")));
-  k.resize(5, 0.0);
-  camera->k1 = k[0];
-  camera->k2 = k[1];
-  camera->p1 = k[2];
-  camera->p2 = k[3];
-  camera->k3 = k[4];
+// A file named in another one, relative to that one's folder.
+std::string BesideFile(const std::string& file, const std::string& name) {
+  return (std::filesystem::path(file).parent_path() / name).string();
 }
 
-Status ReadCamera(const YamlValue& node, Camera* camera) {
+// Sets the camera and, unless the configuration has one, the mount.
+Status TakeCamera(const std::string& path, const std::string& name, bool has_mount,
+                  Config* config) {
+  const Result<CameraFile> file = ReadCameraFile(path, name);
+  if (!file) return file.error();
+  config->camera = file->camera;
+  if (!has_mount) config->cam_from_body = file->cam_from_body.value_or(Pose());
+  return Ok();
+}
+
+Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
   YamlSection section(node);
-  section.Require("width", &camera->width);
-  section.Require("height", &camera->height);
-  section.Require("fx", &camera->fx);
-  section.Require("fy", &camera->fy);
-  section.Require("cx", &camera->cx);
-  section.Require("cy", &camera->cy);
-  const YamlValue* distortion = section.Find("distortion");
-  if (distortion != nullptr) ReadDistortion(*distortion, &section, camera);
-  section.KeepProblem(camera->Problem());
-  return section.Finish();
+  std::string file, name;
+  section("file", file);
+  if (file.empty()) {
+    config->camera = Camera();
+    ReadCameraKeys(&section, &config->camera);
+    return section.Finish();
+  }
+  section("name", name);
+  if (Status status = section.Finish(); !status) return status;
+  return TakeCamera(BesideFile(node.file, file), name, has_mount, config);
 }
 
 Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
@@ -72,17 +76,24 @@ Config DefaultConfig() {
   return config;
 }
 
-Result<Config> LoadConfig(const std::string& path) {
-  const Result<YamlValue> root = ReadYaml(path);
+Result<Config> LoadConfig(const std::string& path) { return LoadConfig({path, "", ""}); }
+
+Result<Config> LoadConfig(const ConfigFiles& files) {
+  YamlValue nothing;
+  nothing.kind = YamlValue::Kind::kMapping;
+  const Result<YamlValue> root = files.config.empty() ? nothing : ReadYaml(files.config);
   if (!root) return root.error();
   Config config = DefaultConfig();
   YamlSection sections(*root);
-  if (const YamlValue* node = sections.Find("camera")) {
-    sections.Keep(ReadCamera(*node, &config.camera));
+  const YamlValue* camera = sections.Find("camera");
+  const YamlValue* mount = sections.Find("cam_from_body");
+  if (camera != nullptr && files.camera_file.empty()) {
+    sections.Keep(ReadCamera(*camera, mount != nullptr, &config));
   }
-  if (const YamlValue* node = sections.Find("cam_from_body")) {
-    sections.Keep(ReadExtrinsic(*node, &config.cam_from_body));
+  if (!files.camera_file.empty()) {
+    sections.Keep(TakeCamera(files.camera_file, files.camera_name, mount != nullptr, &config));
   }
+  if (mount != nullptr) sections.Keep(ReadExtrinsic(*mount, &config.cam_from_body));
   if (const YamlValue* node = sections.Find("tag_map")) {
     Result<TagMap> map = ReadTagMap(*node);
     if (map) {

@@ -22,10 +22,22 @@ struct Config {
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.
 Config DefaultConfig();
 
+/// Files that a run is configured from; an empty name: none.
+struct ConfigFiles {
+  std::string config;       // LoadConfig(path)
+  std::string camera_file;  // a calibration (ReadCameraFile); before the configuration's camera
+  std::string camera_name;  // which of its cameras
+};
+
 /// Reads a configuration (docs/formats.md). Sections and keys that are left out keep their
 /// defaults, those of DefaultConfig(); everything else must be right: an unknown or repeated key, a
 /// wrong type, a value out of its range or a missing needed key is an error
 /// "file:line: section.key: expected ..., got ...".
+/// Where the camera comes from a calibration file and there is no `cam_from_body`, the
+/// calibration's own mount counts, or else the camera is the body.
 Result<Config> LoadConfig(const std::string& path);
+
+/// The configuration, or the defaults without one, with what the other files say instead.
+Result<Config> LoadConfig(const ConfigFiles& files);
 
 }  // namespace tagtwist

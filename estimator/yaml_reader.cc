@@ -137,8 +137,9 @@ Error YamlValue::Refuse(const std::string& expected) const {
 }
 
 Result<YamlValue> ReadYaml(const std::string& path) {
-  const Result<std::string> text = ReadText(path);
+  Result<std::string> text = ReadText(path);
   if (!text) return text.error();
+  if (text->compare(0, 6, "%YAML:") == 0) (*text)[0] = '#';
   try {
     const std::vector<YAML::Node> documents = YAML::LoadAll(*text);
     if (documents.size() != 1) {
@@ -236,8 +237,9 @@ void YamlSection::KeepProblem(const std::optional<std::string>& problem) {
   for (const auto& [name, value] : mapping_.members) {
     if (problem->compare(0, name.size() + 1, name + ":") == 0) place = value;
   }
-  const std::string prefix = mapping_.key.empty() ? "" : mapping_.key;
-  const std::string separator = problem->compare(0, 9, "expected ") == 0 ? ": " : ".";
+  const std::string& prefix = mapping_.key;
+  const bool has_name = problem->compare(0, 9, "expected ") != 0;
+  const std::string separator = prefix.empty() ? "" : has_name ? "." : ": ";
   Keep(Error{place.file + ":" + std::to_string(place.line) + ": " + prefix + separator + *problem});
 }
 
@@ -250,6 +252,10 @@ Status YamlSection::Finish() {
       return value.Refuse("one of " + names + ", got an unknown key");
     }
   }
+  return FirstFault();
+}
+
+Status YamlSection::FirstFault() const {
   if (fault_) return *fault_;
   return Ok();
 }

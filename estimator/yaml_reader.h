@@ -29,7 +29,8 @@ struct YamlValue {
 };
 
 /// The single document of a YAML file. Refused: a file that cannot be read, is empty or not YAML,
-/// a key given twice in one mapping.
+/// a key given twice in one mapping. OpenCV's
+/// first line, %YAML:1.0, counts as a comment.
 Result<YamlValue> ReadYaml(const std::string& path);
 
 /// Values of one type; refused with the type that was expected. Numbers must be finite.
@@ -73,6 +74,8 @@ class YamlSection {
   void KeepProblem(const std::optional<std::string>& problem);
   /// The fault, or Ok. Call it after everything was asked for.
   Status Finish();
+  /// The same for files of others, in which unknown members are none of our business.
+  Status FirstFault() const;
 
  private:
   template <typename T>

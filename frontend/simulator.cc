@@ -1,5 +1,6 @@
 #include "frontend/simulator.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -46,10 +47,12 @@ std::optional<TagDetection> ProjectTag(const Camera& camera, const Pose& cam_fro
   TagDetection out;
   out.id = tag.id;
   for (size_t c = 0; c < 4; ++c) {
-    if (!camera.Project(cam_from_world * corners_in_world[c], &out.corners[c]) ||
-        !camera.Contains(out.corners[c])) {
+    const Eigen::Vector3d corner_in_cam = cam_from_world * corners_in_world[c];
+    if (!camera.Project(corner_in_cam, &out.corners[c]) || !camera.Contains(out.corners[c])) {
       return std::nullopt;
     }
+    const auto ray = camera.Unproject(out.corners[c]);  // past a fold it is another one
+    if (!ray || !((*ray - corner_in_cam.hnormalized()).norm() < 1e-6)) return std::nullopt;
   }
   return out;
 }

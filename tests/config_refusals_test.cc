@@ -62,7 +62,7 @@ const BadFile kBadFiles[] = {
      "camera.fx: expected > 0, got 0"},
     {"ShortDistortion",
      "camera: {width: 6, height: 4, fx: 3, fy: 3, cx: 3, cy: 2, distortion: [1]}\n",
-     "camera.distortion: expected a list of 4 or 5 numbers, got a list of 1"},
+     "camera.distortion: expected a list of 4, 5 or 8 numbers, got 1"},
     {"HugeImage", "camera: {width: 1000000, height: 4, fx: 3, fy: 3, cx: 3, cy: 2}\n",
      "camera.width: expected 1..16384, got 1000000"},
     {"SkewedRotation",

@@ -1,0 +1,156 @@
+#include "frontend/types/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <string>
+#include <vector>
+
+namespace tagtwist {
+namespace {
+
+struct NamedLens {
+  std::string name;
+  LensModel model = LensModel::kRadialTangential;
+  std::vector<double> k;  // OpenCV's order
+};
+void PrintTo(const NamedLens& lens, std::ostream* out) { *out << lens.name; }
+
+Camera MakeCamera(const NamedLens& lens) {
+  Camera c;
+  c.width = 752, c.height = 480, c.fx = 458.6, c.fy = 457.3, c.cx = 367.2, c.cy = 248.4;
+  c.lens = lens.model;
+  const std::array<double*, 8> radtan = {&c.k1, &c.k2, &c.p1, &c.p2, &c.k3, &c.k4, &c.k5, &c.k6};
+  const std::array<double*, 4> equidistant = {&c.k1, &c.k2, &c.k3, &c.k4};
+  for (size_t i = 0; i < lens.k.size(); ++i) {
+    *(lens.model == LensModel::kEquidistant ? equidistant[i] : radtan[i]) = lens.k[i];
+  }
+  return c;
+}
+
+cv::Point2d ProjectByOpenCv(const NamedLens& lens, const Camera& c, const Eigen::Vector3d& p) {
+  const std::vector<cv::Point3d> points = {{p.x(), p.y(), p.z()}};
+  const cv::Matx33d k(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
+  std::vector<cv::Point2d> pixels;
+  const cv::Vec3d none(0, 0, 0);
+  if (lens.model == LensModel::kEquidistant) {
+    cv::fisheye::projectPoints(points, pixels, none, none, k, lens.k);
+  } else {
+    cv::projectPoints(points, none, none, k, lens.k, pixels);
+  }
+  return pixels[0];
+}
+
+class Lens : public testing::TestWithParam<NamedLens> {
+ protected:
+  const Camera camera_ = MakeCamera(GetParam());
+
+  /// Calls `see` with points at 1.7 m over the whole view of a 752 x 480 image.
+  template <typename See>
+  void ForPointsInView(const See& see) const {
+    for (int i = -9; i <= 9; ++i) {
+      for (int j = -6; j <= 6; ++j) see(1.7 * Eigen::Vector3d(0.09 * i, 0.09 * j, 1));
+    }
+  }
+};
+
+TEST_P(Lens, ProjectsLikeOpenCv) {
+  ForPointsInView([&](const Eigen::Vector3d& point) {
+    Eigen::Vector2d pixel;
+    ASSERT_TRUE(camera_.Project(point, &pixel));
+    const cv::Point2d expected = ProjectByOpenCv(GetParam(), camera_, point);
+    EXPECT_LT((pixel - Eigen::Vector2d(expected.x, expected.y)).norm(), 1e-9);
+  });
+}
+
+TEST_P(Lens, UnprojectInvertsProject) {
+  ForPointsInView([&](const Eigen::Vector3d& point) {
+    Eigen::Vector2d pixel;
+    ASSERT_TRUE(camera_.Project(point, &pixel));
+    const auto ray = camera_.Unproject(pixel);
+    ASSERT_TRUE(ray);
+    EXPECT_LT((*ray - point.hnormalized()).norm(), 1e-11) << point.transpose();
+  });
+}
+
+TEST_P(Lens, JacobiansAreTheDerivatives) {
+  constexpr double kStep = 1e-5;
+  double largest = 0;
+  ForPointsInView([&](const Eigen::Vector3d& point) {
+    Eigen::Vector2d pixel;
+    Eigen::Matrix<double, 2, 3> d_pixel, numeric;
+    ASSERT_TRUE(camera_.Project(point, &pixel, &d_pixel));
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);
+      Eigen::Vector2d ahead, back;
+      ASSERT_TRUE(camera_.Project(point + step, &ahead));
+      ASSERT_TRUE(camera_.Project(point - step, &back));
+      numeric.col(k) = (ahead - back) / (2 * kStep);
+    }
+    EXPECT_LT((d_pixel - numeric).norm(), 1e-6) << point.transpose();
+    largest = std::max(largest, d_pixel.norm());
+
+    Eigen::Matrix2d d_ray, numeric_ray;
+    ASSERT_TRUE(camera_.Unproject(pixel, &d_ray));
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d step = 1e-3 * Eigen::Vector2d::Unit(k);
+      numeric_ray.col(k) =
+          (*camera_.Unproject(pixel + step) - *camera_.Unproject(pixel - step)) / 2e-3;
+    }
+    EXPECT_LT((d_ray - numeric_ray).norm(), 1e-7) << point.transpose();
+  });
+  EXPECT_GT(largest, 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Lens,
+    testing::Values(
+        NamedLens{"None", LensModel::kRadialTangential, {0, 0, 0, 0}},
+        NamedLens{"RadTan4", LensModel::kRadialTangential, {-0.2834, 0.0739, 1.9e-4, 1.8e-5}},
+        NamedLens{"RadTan5", LensModel::kRadialTangential, {-0.3, 0.12, 1e-3, -5e-4, -0.02}},
+        NamedLens{"Rational8",
+                  LensModel::kRadialTangential,
+                  {0.42, -0.21, 8e-4, -4e-4, 0.03, 0.71, -0.15, 0.06}},
+        NamedLens{"EquidistantBare", LensModel::kEquidistant, {0, 0, 0, 0}},
+        NamedLens{"Equidistant", LensModel::kEquidistant, {-0.013, 0.021, -0.012, 0.003}}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(Camera, EquidistantSeesUpTo89Degrees) {
+  Camera camera = MakeCamera({"", LensModel::kEquidistant, {0.01, -0.002, 0, 0}});
+  for (const double angle : {1e-12, 1e-6, 0.5, 1.2, 1.5}) {
+    const Eigen::Vector3d point(0.6 * std::sin(angle), 0.8 * std::sin(angle), std::cos(angle));
+    Eigen::Vector2d pixel;
+    ASSERT_TRUE(camera.Project(point, &pixel));
+    const auto ray = camera.Unproject(pixel);
+    ASSERT_TRUE(ray) << angle;
+    EXPECT_LT((ray->homogeneous().normalized() - point).norm(), 1e-10) << angle;
+  }
+  EXPECT_FALSE(camera.Unproject({camera.cx + 1.6 * camera.fx, camera.cy}));
+}
+
+// Beyond its fold a lens model maps far points back into the image.
+TEST(Camera, PointsPastTheFoldAreNotSeen) {
+  const Camera radtan = MakeCamera({"", LensModel::kRadialTangential, {-0.4, 0, 0, 0}});
+  const Camera equidistant = MakeCamera({"", LensModel::kEquidistant, {-0.4, 0, 0, 0}});
+  for (const Camera& camera : {radtan, equidistant}) {
+    Eigen::Vector2d pixel(-1, -1);
+    EXPECT_TRUE(camera.Project({0.5, 0, 1}, &pixel));
+    EXPECT_FALSE(camera.Project({1.5, 0, 1}, &pixel));
+    EXPECT_FALSE(camera.Unproject({camera.cx + 5 * camera.fx, camera.cy}));
+  }
+}
+
+TEST(Camera, NotANumberIsAProblemInEveryCoefficient) {
+  for (double Camera::*k : {&Camera::k1, &Camera::k3, &Camera::k4, &Camera::k5, &Camera::k6}) {
+    Camera camera;
+    camera.*k = NAN;
+    EXPECT_TRUE(camera.Problem());
+  }
+  EXPECT_FALSE(Camera().Problem());
+}
+
+}  // namespace
+}  // namespace tagtwist
