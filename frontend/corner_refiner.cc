@@ -33,9 +33,35 @@ struct Place {
   Eigen::Vector2d at;
 };
 
+// Where a row of the image may meet a convex region: the region's half planes are a x + b < 0.
+struct Interval {
+  double first, last;  // empty when last < first
+
+  void Cut(double a, double b) {
+    if (a > 0) last = std::min(last, std::ceil(-b / a) - 1);
+    if (a < 0) first = std::max(first, std::floor(-b / a) + 1);
+    if (a == 0 && !(b < 0)) last = first - 1;
+  }
+};
+
 double QuadArea(const Corners& c) {
   const Eigen::Vector2d a = c[2] - c[0], b = c[3] - c[1];
   return 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+}
+
+// The square |u| < most, |v| < most of tag coordinates.
+void CutToSquare(const Eigen::Matrix3d& tag_from_pixel, double most, int y, Interval* row) {
+  const Eigen::Vector3d slope = tag_from_pixel.col(0);
+  const Eigen::Vector3d start = tag_from_pixel.col(1) * y + tag_from_pixel.col(2);
+  for (const double sign : {-1.0, 1.0}) {
+    for (int axis = 0; axis < 2; ++axis) {
+      row->Cut(sign * slope[axis] - most * slope.z(), sign * start[axis] - most * start.z());
+    }
+  }
+}
+bool IsInSquare(const Eigen::Matrix3d& tag_from_pixel, double most, const Eigen::Vector2d& at) {
+  const Eigen::Vector3d q = tag_from_pixel * at.homogeneous();
+  return std::abs(q.x()) < most * q.z() && std::abs(q.y()) < most * q.z();
 }
 
 }  // namespace
@@ -107,12 +133,15 @@ std::vector<Place> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray, const Co
   const Eigen::Vector2d first = (low - margin).array().floor().cwiseMax(0.0);
   const Eigen::Vector2d last = (high + margin).cwiseMin(end).array().ceil();
   for (int y = static_cast<int>(first.y()); y <= last.y(); ++y) {
-    for (int x = static_cast<int>(first.x()); x <= last.x(); ++x) {
+    Interval row{first.x(), last.x()};
+    if (undistorted.empty()) CutToSquare(*tag_from_pixel, most, y, &row);
+    for (int x = static_cast<int>(row.first); x <= row.last; ++x) {
       Eigen::Vector2d at(x, y);
-      if (!undistorted.empty()) at = undistorted[static_cast<size_t>(y * gray.cols + x)];
-      const Eigen::Vector3d q = *tag_from_pixel * at.homogeneous();
-      const double reach = most * q.z();
-      if (std::abs(q.x()) < reach && std::abs(q.y()) < reach) out.push_back({x, y, at});
+      if (!undistorted.empty()) {
+        at = undistorted[static_cast<size_t>(y * gray.cols + x)];
+        if (!IsInSquare(*tag_from_pixel, most, at)) continue;
+      }
+      out.push_back({x, y, at});
     }
   }
   return out;
@@ -200,11 +229,12 @@ std::optional<RefinedTag> CornerRefiner::Refine(const cv::Mat& gray, const TagDe
     for (auto& corner : in_image) corner += shift;
     if (!impl.UndistortAll(in_image, &start)) return std::nullopt;
   }
-  std::vector<PatternPixel> pixels;
+  PatternPixels pixels;
+  pixels.origin = 0.25 * (start[0] + start[1] + start[2] + start[3]);
   for (const Place& place : impl.FindPlaces(gray, in_image, start, model)) {
-    pixels.push_back({place.at, static_cast<double>(gray.at<uint8_t>(place.y, place.x))});
+    pixels.Add(place.at.x(), place.at.y(), gray.at<uint8_t>(place.y, place.x));
   }
-  const auto fit = FitPattern(model, impl.normal, pixels, start);
+  const auto fit = FitPattern(model, impl.normal, pixels, {start, {}});
   if (!fit) return std::nullopt;
   for (size_t c = 0; c < 4; ++c) {
     if (!((fit->corners[c] - start[c]).norm() < kMostMovePx + search_px)) return std::nullopt;

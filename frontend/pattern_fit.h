@@ -2,16 +2,22 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <vector>
 
 #include "frontend/pattern_state.h"
+#include "frontend/pattern_sums.h"
 
 namespace tagtwist {
 
-/// A pixel of a tag's surroundings.
-struct PatternPixel {
-  Eigen::Vector2d at = Eigen::Vector2d::Zero();  // [px], without the lens's distortion
-  double grey = 0;
+/// How a tag looked when it was last fitted.
+struct PatternLook {
+  Eigen::Vector3d blur_px2, light;  // as in PatternState
+  double black = 0, gain = 0, noise_grey = 0;
+};
+
+/// Where a fit starts.
+struct PatternStart {
+  std::array<Eigen::Vector2d, 4> corners;  // p1..p4 [px], off by about half a cell at most
+  std::optional<PatternLook> look;         // without it: a usual blur, greys from the pixels
 };
 
 /// A pattern aligned to an image.
@@ -25,13 +31,11 @@ struct PatternFit {
   int iterations = 0;
 };
 
-/// Gauss-Newton over the unknowns of PatternState from p1..p4, which may be off by about half a
-/// cell. Tukey's weights, their scale from the median residual, keep out what hides a part of the
-/// tag. Covariance: the inverse normal matrix with blur, greys and light marginalised, times the
-/// variance of the residuals (of an M-estimator: mean psi^2 / mean psi'^2). nullopt when it does
-/// not converge or has no contrast. `pixels` in the order of the image's rows.
+/// Gauss-Newton over the unknowns of PatternState. Tukey's weights, their scale from the median
+/// residual, keep out what hides a part of the tag. Covariance: the inverse normal matrix with
+/// blur, greys and light marginalised, times the variance of the residuals (of an M-estimator:
+/// mean psi^2 / mean psi'^2). nullopt when it does not converge or has no contrast.
 std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTable& normal,
-                                     const std::vector<PatternPixel>& pixels,
-                                     const std::array<Eigen::Vector2d, 4>& start);
+                                     const PatternPixels& pixels, const PatternStart& start);
 
 }  // namespace tagtwist

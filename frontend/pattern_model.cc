@@ -50,13 +50,32 @@ AxisView ViewAxis(double position, double variance, int cells, const NormalTable
 PatternModel::PatternModel(const TagPattern& pattern)
     : cells_(pattern.cells),
       square_half_(0.5 * pattern.square_cells),
-      white_(pattern.white.begin(), pattern.white.end()) {}
+      white_(pattern.white.begin(), pattern.white.end()) {
+  const auto at = [&](int column, int row) {
+    return pattern.IsWhite(std::clamp(column, 0, cells_ - 1), std::clamp(row, 0, cells_ - 1))
+               ? 1.0F
+               : 0.0F;
+  };
+  for (int y = 0; y < cells_; ++y) {
+    for (int x = 0; x < cells_; ++x) {
+      const float own = at(x, y), left = at(x - 1, y) - own, right = at(x + 1, y) - own;
+      std::array<float, 9> c = {own, left, right};
+      for (const size_t side : {size_t{3}, size_t{6}}) {
+        const int beyond = side == 3 ? y - 1 : y + 1;
+        c[side] = at(x, beyond) - own;
+        c[side + 1] = at(x - 1, beyond) - at(x, beyond) - left;
+        c[side + 2] = at(x + 1, beyond) - at(x, beyond) - right;
+      }
+      around_.push_back(c);
+    }
+  }
+}
 
-PatternSample PatternModel::At(double u, double v, const CellBlur& blur,
-                               const NormalTable& normal) const {
+PatternSample<double> PatternModel::At(double u, double v, const CellBlur& blur,
+                                       const NormalTable& normal) const {
   const AxisView across = ViewAxis(u + 0.5 * cells_, blur.uu, cells_, normal);
   const AxisView down = ViewAxis(v + 0.5 * cells_, blur.vv, cells_, normal);
-  PatternSample out;
+  PatternSample<double> out{};
   double uuv = 0, uvv = 0, uuvv = 0, last_value = 0, last_u = 0, last_uu = 0;
   for (int j = 0; j <= down.edges; ++j) {
     const double* row = &white_[static_cast<size_t>((down.first + j) * cells_ + across.first)];

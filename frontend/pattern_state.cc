@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/pattern_view.h"
+
 namespace tagtwist {
 namespace {
 
@@ -59,49 +61,19 @@ std::array<Eigen::Vector2d, 4> PatternCorners(const PatternState& state,
 
 double PredictGrey(const PatternModel& model, const PatternState& state, const NormalTable& normal,
                    const Eigen::Vector2d& pixel, PatternRow* row) {
-  const Eigen::Matrix3d& g = state.tag_from_pixel;
-  const Eigen::Vector3d q = g * pixel.homogeneous();
-  const double h = model.square_half(), scale = 1 / q.z(), u = q.x() * scale, v = q.y() * scale;
-  // d(cell coordinates)/d(pixel) = [a b; c d].
-  const double hs = h * scale;
-  const double a = hs * (g(0, 0) - u * g(2, 0)), b = hs * (g(0, 1) - u * g(2, 1));
-  const double c = hs * (g(1, 0) - v * g(2, 0)), d = hs * (g(1, 1) - v * g(2, 1));
-  const Eigen::Vector3d& s = state.blur_px2;
-  const CellBlur blur{a * a * s[0] + 2 * a * b * s[1] + b * b * s[2],
-                      a * c * s[0] + (a * d + b * c) * s[1] + b * d * s[2],
-                      c * c * s[0] + 2 * c * d * s[1] + d * d * s[2]};
-  const PatternSample sample = model.At(h * u, h * v, blur, normal);
+  const double h = model.square_half();
+  const auto view = ViewPattern(state.tag_from_pixel, h, state.blur_px2, pixel.x(), pixel.y());
+  const PatternSample<double> sample =
+      model.At(h * view.u, h * view.v, {view.uu, view.uv, view.vv}, normal);
   const Eigen::Vector2d place = (pixel - state.origin) / state.radius_px;
-  const double bow = place.squaredNorm();
-  const double light =
-      1 + state.light[0] * place.x() + state.light[1] * place.y() + state.light[2] * bow;
-  const double reflected = state.black + state.gain * sample.value;
+  const PatternLight<double> light{place.x(), place.y(),
+                                   1 + state.light[0] * place.x() + state.light[1] * place.y() +
+                                       state.light[2] * place.squaredNorm()};
   if (row != nullptr) {
-    const double k = light * state.gain, du = k * h * sample.u, dv = k * h * sample.v;
-    const double along = -(du * u + dv * v);
-    const double xx = 0.5 * k * sample.uu, xy = k * sample.uv, yy = 0.5 * k * sample.vv;
-    const std::array<double, kPatternUnknowns> values = {
-        du * u + 2 * xx * blur.uu + xy * blur.uv,
-        du * v + 2 * xx * blur.uv + xy * blur.vv,
-        du,
-        dv * u + 2 * yy * blur.uv + xy * blur.uu,
-        dv * v + 2 * yy * blur.vv + xy * blur.uv,
-        dv,
-        along * u - u * (4 * xx * blur.uu + 3 * xy * blur.uv + 2 * yy * blur.vv) -
-            v * (xy * blur.uu + 2 * yy * blur.uv),
-        along * v - v * (2 * xx * blur.uu + 3 * xy * blur.uv + 4 * yy * blur.vv) -
-            u * (2 * xx * blur.uv + xy * blur.vv),
-        xx * a * a + xy * a * c + yy * c * c,
-        2 * xx * a * b + xy * (a * d + b * c) + 2 * yy * c * d,
-        xx * b * b + xy * b * d + yy * d * d,
-        light,
-        light * sample.value,
-        reflected * place.x(),
-        reflected * place.y(),
-        reflected * bow};
-    std::copy(values.begin(), values.end(), row->begin());
+    PatternDerivatives(view, sample, light, h, state.black, state.gain,
+                       [&](size_t k) -> double& { return (*row)[k]; });
   }
-  return light * reflected;
+  return light.illumination * (state.black + state.gain * sample.value);
 }
 
 PatternState Move(const PatternState& state, const PatternVector& step) {

@@ -26,7 +26,7 @@ struct PatternState {
 ///   du = d1 u + d2 v + d3 - u (d7 u + d8 v),  dv = d4 u + d5 v + d6 - v (d7 u + d8 v).
 constexpr int kPatternUnknowns = 16;
 using PatternVector = Eigen::Matrix<double, kPatternUnknowns, 1>;
-using PatternRow = std::array<float, kPatternUnknowns>;
+using PatternRow = std::array<double, kPatternUnknowns>;
 
 /// The homography from the pixels of a convex quad p1..p4 (bottom-left, bottom-right, top-right,
 /// top-left as printed) to the square; nullopt where there is none.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "frontend/pattern_sums.h"
 #include "frontend/tag_family.h"
 
 namespace tagtwist {
@@ -21,11 +22,9 @@ Eigen::Matrix<double, 8, 1> Difference(const Corners& a, const Corners& b) {
   return out;
 }
 
-TEST(PatternState, JacobianMatchesNumericDifferences) {
-  const auto patterns = MakeTagPatterns("tag36h11", {5});
-  ASSERT_TRUE(patterns);
-  const PatternModel model(patterns->front());
-  const NormalTable normal;
+PatternModel TagFive() { return PatternModel(MakeTagPatterns("tag36h11", {5})->front()); }
+
+PatternState SlantedTag() {
   PatternState state;
   state.tag_from_pixel = *TagFromPixel({{{11, 42}, {37, 45}, {41, 14}, {13, 12}}});
   state.origin = {25, 27};
@@ -34,6 +33,13 @@ TEST(PatternState, JacobianMatchesNumericDifferences) {
   state.black = 30;
   state.gain = 180;
   state.light = {0.05, -0.03, 0.02};
+  return state;
+}
+
+TEST(PatternState, JacobianMatchesNumericDifferences) {
+  const PatternModel model = TagFive();
+  const NormalTable normal;
+  const PatternState state = SlantedTag();
   const Eigen::Vector3d blur = state.blur_px2;
   PatternVector worst = PatternVector::Zero(), size = PatternVector::Zero();
   for (int y = 8; y < 50; ++y) {
@@ -58,6 +64,48 @@ TEST(PatternState, JacobianMatchesNumericDifferences) {
     EXPECT_LT(worst[i], (i < 8 ? 0.01 : i < 11 ? 0.1 : 1e-5) * size[i]) << i;
   }
   EXPECT_EQ(state.blur_px2, blur);
+}
+
+// In both of its ways: with a sharp image's blur and with a wide one.
+TEST(PatternSums, AreThoseOfTheRows) {
+  const PatternModel model = TagFive();
+  const NormalTable normal;
+  for (const double blur_px2 : {0.4, 4.0}) {
+    PatternState state = SlantedTag();
+    state.blur_px2 = {blur_px2, 0.1, 0.8 * blur_px2};
+    PatternPixels pixels;
+    pixels.origin = {20, 20};
+    PatternSums expected;
+    expected.normal.setZero();
+    expected.gradient.setZero();
+    const double reach = 40;
+    for (int y = 8; y < 50; ++y) {
+      for (int x = 8; x < 46; ++x) {
+        const auto grey = static_cast<uint8_t>((37 * x + 101 * y) % 256);
+        pixels.Add(x, y, grey);
+        PatternRow row;
+        const double predicted = PredictGrey(model, state, normal, Eigen::Vector2d(x, y), &row);
+        const double residual = grey - predicted;
+        const double rest = 1 - std::min(residual * residual / (reach * reach), 1.0);
+        const double weight = rest * rest;
+        const Eigen::Map<const PatternVector> j(row.data());
+        expected.normal += weight * j * j.transpose();
+        expected.gradient += weight * residual * j;
+        expected.weight += weight;
+        expected.psi2 += weight * residual * weight * residual;
+        expected.contradicted += std::abs(residual) > 0.5 * state.gain ? 1 : 0;
+      }
+    }
+    const PatternSums sums = SumPattern(model, normal, pixels, state, reach, 1);
+    EXPECT_LT((sums.normal - expected.normal).norm(), 1e-4 * expected.normal.norm());
+    EXPECT_LT((sums.gradient - expected.gradient).norm(), 1e-3 * expected.gradient.norm());
+    EXPECT_NEAR(sums.weight, expected.weight, 1e-3 * expected.weight);
+    EXPECT_NEAR(sums.psi2, expected.psi2, 1e-3 * expected.psi2);
+    EXPECT_LE(std::max(sums.contradicted, expected.contradicted) -
+                  std::min(sums.contradicted, expected.contradicted),
+              2U);
+    EXPECT_EQ(sums.used, pixels.size());
+  }
 }
 
 TEST(PatternState, CornersMoveAsTheirJacobianSays) {
