@@ -19,6 +19,10 @@ DEFINE_string(output, "results", "Folder to write to; made where it is missing."
 DEFINE_bool(write_covariance, false, "Also covariance.csv: the 12 x 12 of every frame.");
 DEFINE_bool(sliding_window, false,
             "Online: a fixed-lag window, states at lag 0 and at its lag, instead of one batch.");
+DEFINE_string(detection, "auto",
+              "How tags are found: full: each image is searched; guided (window): each tag is "
+              "fitted where the window predicts it, images are searched at the start, after loss "
+              "and part by part now and then; auto: guided in the window, else full.");
 DEFINE_bool(tracks, true,
             "Points followed through the images help where tags are few. With --use_detections "
             "and without tracks no image is read.");
@@ -57,6 +61,17 @@ Status Override(const char* flag, double value, std::optional<double>* out) {
   return Ok();
 }
 
+Result<DetectionMode> DetectionFromFlags() {
+  if (FLAGS_detection == "auto") return DetectionMode::kAuto;
+  if (FLAGS_detection == "full") return DetectionMode::kFull;
+  if (FLAGS_detection != "guided") {
+    return Error{"--detection: expected auto, full or guided, got \"" + FLAGS_detection + "\""};
+  }
+  if (!FLAGS_sliding_window) return Error{"--detection: guided needs --sliding_window"};
+  if (FLAGS_use_detections) return Error{"--detection: guided needs images, not --use_detections"};
+  return DetectionMode::kGuided;
+}
+
 }  // namespace
 
 Usage EstimateUsage() {
@@ -68,14 +83,15 @@ Usage EstimateUsage() {
       "its covariance, and compares the closed form with the optimised trajectory. Writes\n"
       "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
       "browser).";
-  usage.groups = {{"What to read", {"dataset", "ground_truth", "use_detections"}},
-                  ConfigFlags(),
-                  {"What to write", {"output", "write_covariance"}},
-                  {"How to estimate", {"sliding_window", "window_frames", "tracks", "clock"}},
-                  {"Noise (learned from the data unless given)",
-                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd",
-                    "angular_accel_psd", "jerk_psd", "angular_jerk_psd"}},
-                  {"Running", {"threads"}}};
+  usage.groups = {
+      {"What to read", {"dataset", "ground_truth", "use_detections"}},
+      ConfigFlags(),
+      {"What to write", {"output", "write_covariance"}},
+      {"How to estimate", {"sliding_window", "window_frames", "detection", "tracks", "clock"}},
+      {"Noise (learned from the data unless given)",
+       {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
+        "jerk_psd", "angular_jerk_psd"}},
+      {"Running", {"threads"}}};
   return usage;
 }
 
@@ -96,6 +112,9 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.write_covariance = FLAGS_write_covariance;
   job.run.sliding_window = FLAGS_sliding_window;
   job.run.use_detections = FLAGS_use_detections;
+  auto detection = DetectionFromFlags();
+  if (!detection) return detection.error();
+  job.run.detection = *detection;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   job.run.threads = FLAGS_threads > 0 ? FLAGS_threads : cores;
   return job;

@@ -22,6 +22,18 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
                            use_detections, std::move(detectors));
 }
 
+Result<MeasurementStream> MeasurementStream::CreateGuided(DataSource* source, const Config& config,
+                                                          PosePredictor predict) {
+  auto out = Create(source, config, /*use_detections=*/false, /*threads=*/1);
+  if (!out) return out;
+  auto follower = TagFollower::Create(config.map, config.camera, config.cam_from_body,
+                                      config.front_end.detector);
+  if (!follower) return follower.error();
+  out->follower_ = std::move(*follower);
+  out->predict_ = std::move(predict);
+  return out;
+}
+
 MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
                                      bool use_detections, std::vector<TagDetector> detectors)
     : source_(source),
@@ -46,22 +58,28 @@ MeasurementStream::Detected MeasurementStream::Detect(Frame frame, const TagDete
   return out;
 }
 
+Result<std::optional<Frame>> MeasurementStream::NextFrame() {
+  auto frame = source_->Next();
+  if (!frame || !*frame) return frame;
+  const cv::Mat& image = (*frame)->image;
+  const Camera& camera = shared_->config.camera;
+  if (!image.empty() && (image.cols != camera.width || image.rows != camera.height)) {
+    return Error{(*frame)->name + ": the image has " + std::to_string(image.cols) + " x " +
+                 std::to_string(image.rows) + " px, the configured camera " +
+                 std::to_string(camera.width) + " x " + std::to_string(camera.height)};
+  }
+  return frame;
+}
+
 Status MeasurementStream::FillQueue() {
   // One frame under way a detector; with a single thread each is measured when it is asked for.
   const auto policy = detectors_.size() > 1 ? std::launch::async : std::launch::deferred;
   while (!at_end_ && queue_.size() < detectors_.size()) {
-    auto frame = source_->Next();
+    auto frame = NextFrame();
     if (!frame) return frame.error();
     if (!*frame) {
       at_end_ = true;
       break;
-    }
-    const cv::Mat& image = (*frame)->image;
-    const Camera& camera = shared_->config.camera;
-    if (!image.empty() && (image.cols != camera.width || image.rows != camera.height)) {
-      return Error{(*frame)->name + ": the image has " + std::to_string(image.cols) + " x " +
-                   std::to_string(image.rows) + " px, the configured camera " +
-                   std::to_string(camera.width) + " x " + std::to_string(camera.height)};
     }
     const TagDetector* const detector = &detectors_[next_detector_];
     next_detector_ = (next_detector_ + 1) % detectors_.size();
@@ -73,11 +91,31 @@ Status MeasurementStream::FillQueue() {
   return Ok();
 }
 
-Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
+Result<std::optional<MeasurementStream::Detected>> MeasurementStream::NextDetected() {
   if (const auto filled = FillQueue(); !filled) return filled.error();
-  if (queue_.empty()) return std::optional<MeasuredFrame>();
-  const Detected detected = queue_.front().get();
+  if (queue_.empty()) return std::optional<Detected>();
+  std::optional<Detected> out = queue_.front().get();
   queue_.pop_front();
+  return out;
+}
+
+Result<std::optional<MeasurementStream::Detected>> MeasurementStream::NextGuided() {
+  auto frame = NextFrame();
+  if (!frame) return frame.error();
+  if (!*frame) return std::optional<Detected>();
+  const Stopwatch watch;
+  Detected out;
+  out.tags = follower_->Find((*frame)->image, predict_((*frame)->t_ns));
+  out.frame = std::move(**frame);
+  out.detect_ms = watch.ElapsedMs();
+  return std::optional<Detected>(std::move(out));
+}
+
+Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
+  const auto next = follower_ ? NextGuided() : NextDetected();
+  if (!next) return next.error();
+  if (!*next) return std::optional<MeasuredFrame>();
+  const Detected& detected = **next;
 
   MeasuredFrame out;
   out.detect_ms = detected.detect_ms;

@@ -1,5 +1,6 @@
 #pragma once
 #include <deque>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "frontend/corner_refiner.h"
 #include "frontend/data_source.h"
 #include "frontend/front_end.h"
+#include "frontend/tag_follower.h"
 
 namespace tagtwist {
 
@@ -20,12 +22,18 @@ struct MeasuredFrame {
   double detect_ms = 0, track_ms = 0, seed_ms = 0;
 };
 
+/// Where the body is expected to be at a stamp; nullopt where nobody knows.
+using PosePredictor = std::function<std::optional<PosePrediction>(int64_t t_ns)>;
+
 /// Runs the frontend over a recording. With more than one thread the tags of the next frames are
-/// detected ahead while this frame's tracks are followed; results do not depend on it.
+/// detected ahead while this frame's tracks are followed; results do not depend on it. With a
+/// predictor each frame's tags are found where it says (TagFollower), so none is measured ahead.
 class MeasurementStream {
  public:
   static Result<MeasurementStream> Create(DataSource* source, const Config& config,
                                           bool use_detections, int threads);
+  static Result<MeasurementStream> CreateGuided(DataSource* source, const Config& config,
+                                                PosePredictor predict);
 
   /// The next frame, nullopt at the end.
   Result<std::optional<MeasuredFrame>> Next();
@@ -46,6 +54,9 @@ class MeasurementStream {
 
   MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared, bool use_detections,
                     std::vector<TagDetector> detectors);
+  Result<std::optional<Frame>> NextFrame();
+  Result<std::optional<Detected>> NextDetected();
+  Result<std::optional<Detected>> NextGuided();
   Status FillQueue();
   static Detected Detect(Frame frame, const TagDetector& detector, const Shared& shared,
                          bool use_detections);
@@ -56,6 +67,8 @@ class MeasurementStream {
   std::vector<TagDetector> detectors_;  // one for each frame under way, in turn
   size_t next_detector_ = 0;
   bool at_end_ = false;
+  std::optional<TagFollower> follower_;  // guided
+  PosePredictor predict_;                // likewise
   FrontEnd front_end_;
   std::deque<Pending> queue_;  // last member: tasks end before what they read
 };

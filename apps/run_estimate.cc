@@ -30,9 +30,8 @@ struct ImageProblems {
 
 // Feeds every frame of the recording to `add`; the stage times and warnings go to `estimate`.
 template <typename AddFrame>
-Status ForEachFrame(const std::string& dataset, DataSource* source, const Config& config,
-                    const RunOptions& options, Estimate* estimate, AddFrame&& add) {
-  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads);
+Status ForEachFrame(const std::string& dataset, DataSource* source,
+                    Result<MeasurementStream> stream, Estimate* estimate, AddFrame&& add) {
   if (!stream) return stream.error();
   Progress progress("estimating", source->stamps_ns().size());
   ImageProblems problems;
@@ -69,11 +68,13 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
   Estimate estimate;
   estimate.mode = "batch";
   BatchEstimator batch(setup);
-  const auto read = ForEachFrame(dataset, source, config, options, &estimate,
-                                 [&](FrameMeasurements measurements) {
-                                   batch.Add(std::move(measurements));
-                                   return Ok();
-                                 });
+  const auto read = ForEachFrame(
+      dataset, source,
+      MeasurementStream::Create(source, config, options.use_detections, options.threads), &estimate,
+      [&](FrameMeasurements measurements) {
+        batch.Add(std::move(measurements));
+        return Ok();
+      });
   if (!read) return read.error();
   const Stopwatch watch;
   auto result = batch.Solve();
@@ -84,6 +85,18 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
   estimate.reprojection_px = std::move(result->reprojection_px);
   for (std::string& warning : result->warnings) estimate.warnings.push_back(std::move(warning));
   return estimate;
+}
+
+bool IsGuided(const Config& config, const RunOptions& options) {
+  if (options.detection != DetectionMode::kAuto) return options.detection == DetectionMode::kGuided;
+  return !options.use_detections && config.front_end.detector.refine_pattern;
+}
+
+std::optional<PosePrediction> PredictPose(const SlidingWindow& window, int64_t t_ns) {
+  const auto state = window.PredictAt(t_ns);
+  if (!state) return std::nullopt;
+  return PosePrediction{state->state.world_from_body, state->covariance.topLeftCorner<6, 6>(),
+                        window.noise().corner_sigma_px};
 }
 
 Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, const Config& config,
@@ -105,7 +118,13 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
                                     output->reprojection_px.end());
     return Ok();
   };
-  const auto read = ForEachFrame(dataset, source, config, options, &estimate, add);
+  const auto predict = [&](int64_t t_ns) { return PredictPose(window, t_ns); };
+  const auto read = ForEachFrame(
+      dataset, source,
+      IsGuided(config, options)
+          ? MeasurementStream::CreateGuided(source, config, predict)
+          : MeasurementStream::Create(source, config, options.use_detections, options.threads),
+      &estimate, add);
   if (!read) return read.error();
   for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
   estimate.noise = window.noise();

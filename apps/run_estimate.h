@@ -6,7 +6,12 @@
 
 namespace tagtwist {
 
+/// How tags are found: kAuto is guided in the window where tags come from images and their patterns
+/// are refined, else full.
+enum class DetectionMode { kAuto, kFull, kGuided };
+
 struct RunOptions {
+  DetectionMode detection = DetectionMode::kAuto;
   bool sliding_window = false;
   bool use_detections = false;
   int threads = 1;  // >= 1; the result does not depend on it

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "frontend/pattern_fit.h"
+#include "frontend/pattern_search.h"
 #include "frontend/tag_family.h"
 
 namespace tagtwist {
@@ -26,12 +27,6 @@ constexpr double kFarPx = 1e5;
 constexpr double kUnrefinedPx = 1.0;  // corners whose refinement fails are often far off
 
 using Corners = std::array<Eigen::Vector2d, 4>;
-
-// A pixel of the image, and where it is without the lens's distortion.
-struct Place {
-  int x = 0, y = 0;
-  Eigen::Vector2d at;
-};
 
 // Where a row of the image may meet a convex region: the region's half planes are a x + b < 0.
 struct Interval {
@@ -104,18 +99,23 @@ struct CornerRefiner::Impl {
     return true;
   }
 
-  std::vector<Place> FindPlaces(const cv::Mat& gray, const Corners& in_image,
-                                const Corners& corners, const PatternModel& model) const;
-  Eigen::Vector2d Search(const cv::Mat& gray, const Corners& in_image, const Corners& corners,
-                         const PatternModel& model, int reach) const;
+  std::vector<PatternPlace> FindPlaces(const cv::Mat& gray, const Corners& in_image,
+                                       const Corners& corners, const PatternModel& model) const;
+  PatternMatch Search(const cv::Mat& gray, const Corners& in_image, const PatternModel& model,
+                      int reach) const;
+  std::optional<RefinedTag> Fit(const cv::Mat& gray, const Corners& in_image,
+                                const PatternModel& model, double most_move_px,
+                                const std::optional<PatternLook>& look) const;
+  const PatternModel* ModelFor(const cv::Mat& gray, int id) const;
 };
 
 // The pixels of the pattern but for the rim where its surroundings show through the blur; half a
 // cell around the square at least.
-std::vector<Place> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray, const Corners& in_image,
-                                                   const Corners& corners,
-                                                   const PatternModel& model) const {
-  std::vector<Place> out;
+std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
+                                                          const Corners& in_image,
+                                                          const Corners& corners,
+                                                          const PatternModel& model) const {
+  std::vector<PatternPlace> out;
   const auto tag_from_pixel = TagFromPixel(corners);
   const double cell_px = std::sqrt(QuadArea(corners)) / (2 * model.square_half());
   if (!tag_from_pixel || !(cell_px > kLeastCellPx)) return out;
@@ -147,43 +147,20 @@ std::vector<Place> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray, const Co
   return out;
 }
 
-// The shift in whole pixels, up to `reach` either way, at which the pattern correlates best.
-Eigen::Vector2d CornerRefiner::Impl::Search(const cv::Mat& gray, const Corners& in_image,
-                                            const Corners& corners, const PatternModel& model,
-                                            int reach) const {
+PatternMatch CornerRefiner::Impl::Search(const cv::Mat& gray, const Corners& in_image,
+                                         const PatternModel& model, int reach) const {
+  Corners corners;
+  if (!UndistortAll(in_image, &corners)) return {};
   const auto places = FindPlaces(gray, in_image, corners, model);
-  if (places.empty()) return Eigen::Vector2d::Zero();
-  PatternState state;
-  state.tag_from_pixel = *TagFromPixel(corners);
-  state.gain = 1;
-  std::vector<double> white;
-  for (const Place& place : places) {
-    white.push_back(PredictGrey(model, state, normal, place.at, nullptr));
-  }
-  Eigen::Vector2d best = Eigen::Vector2d::Zero();
-  double best_correlation = -1;
-  for (int dy = -reach; dy <= reach; ++dy) {
-    for (int dx = -reach; dx <= reach; ++dx) {
-      double n = 0, a = 0, b = 0, aa = 0, ab = 0, bb = 0;
-      for (size_t i = 0; i < places.size(); ++i) {
-        const int x = places[i].x + dx, y = places[i].y + dy;
-        if (x < 0 || y < 0 || x >= gray.cols || y >= gray.rows) continue;
-        const double grey = gray.at<uint8_t>(y, x);
-        n += 1;
-        a += white[i];
-        b += grey;
-        aa += white[i] * white[i];
-        ab += white[i] * grey;
-        bb += grey * grey;
-      }
-      const double spread = (n * aa - a * a) * (n * bb - b * b);
-      const double correlation = spread > 0 ? (n * ab - a * b) / std::sqrt(spread) : -1;
-      if (!(correlation > best_correlation)) continue;
-      best_correlation = correlation;
-      best = {dx, dy};
-    }
-  }
-  return best;
+  return SearchPattern(gray, model, normal, corners, places, reach);
+}
+
+// Of the tag, or nullptr where the image or the id cannot be worked with.
+const PatternModel* CornerRefiner::Impl::ModelFor(const cv::Mat& gray, int id) const {
+  const auto found = models.find(id);
+  const bool fits =
+      undistorted.empty() || (gray.cols == camera.width && gray.rows == camera.height);
+  return gray.type() == CV_8UC1 && fits && found != models.end() ? &found->second : nullptr;
 }
 
 CornerRefiner::CornerRefiner(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -211,60 +188,75 @@ Result<CornerRefiner> CornerRefiner::Create(const TagMap& map, const Camera& cam
   return CornerRefiner(std::move(impl));
 }
 
-std::optional<RefinedTag> CornerRefiner::Refine(const cv::Mat& gray, const TagDetection& tag,
-                                                double search_px) const {
-  const auto found = impl_->models.find(tag.id);
-  if (gray.type() != CV_8UC1 || found == impl_->models.end()) return std::nullopt;
-  const PatternModel& model = found->second;
-  const Impl& impl = *impl_;
-  const bool distorted = !impl.undistorted.empty();
-  if (distorted && (gray.cols != impl.camera.width || gray.rows != impl.camera.height)) {
-    return std::nullopt;
-  }
-  Corners in_image = tag.corners, start;
-  if (!impl.UndistortAll(in_image, &start)) return std::nullopt;
-  if (search_px > 0) {
-    const int reach = static_cast<int>(std::ceil(std::min(search_px, kMostSearchPx)));
-    const Eigen::Vector2d shift = impl.Search(gray, in_image, start, model, reach);
-    for (auto& corner : in_image) corner += shift;
-    if (!impl.UndistortAll(in_image, &start)) return std::nullopt;
-  }
+std::optional<RefinedTag> CornerRefiner::Impl::Fit(const cv::Mat& gray, const Corners& in_image,
+                                                   const PatternModel& model, double most_move_px,
+                                                   const std::optional<PatternLook>& look) const {
+  Corners start;
+  if (!UndistortAll(in_image, &start)) return std::nullopt;
   PatternPixels pixels;
   pixels.origin = 0.25 * (start[0] + start[1] + start[2] + start[3]);
-  for (const Place& place : impl.FindPlaces(gray, in_image, start, model)) {
+  for (const PatternPlace& place : FindPlaces(gray, in_image, start, model)) {
     pixels.Add(place.at.x(), place.at.y(), gray.at<uint8_t>(place.y, place.x));
   }
-  const auto fit = FitPattern(model, impl.normal, pixels, {start, {}});
+  const auto fit = FitPattern(model, normal, pixels, {start, look});
   if (!fit) return std::nullopt;
   for (size_t c = 0; c < 4; ++c) {
-    if (!((fit->corners[c] - start[c]).norm() < kMostMovePx + search_px)) return std::nullopt;
+    if (!((fit->corners[c] - start[c]).norm() < most_move_px)) return std::nullopt;
   }
   RefinedTag out;
   out.corners = fit->corners;
   out.covariance = fit->covariance;
   out.covariance.diagonal().array() += kFloorPx * kFloorPx;
-  const Eigen::Vector3d& blur = fit->state.blur_px2;
-  out.blur_px2 << blur[0], blur[1], blur[1], blur[2];
-  out.contrast_grey = fit->state.gain;
+  const PatternState& state = fit->state;
+  out.blur_px2 << state.blur_px2[0], state.blur_px2[1], state.blur_px2[1], state.blur_px2[2];
+  out.contrast_grey = state.gain;
   out.noise_grey = fit->noise_grey;
   out.inlier_share = fit->inlier_share;
   out.contradicted_share = fit->contradicted_share;
+  out.look = {state.blur_px2, state.light, state.black, state.gain, fit->noise_grey};
   if (!(out.inlier_share > kLeastInlierShare) ||
       !(out.contradicted_share < kMostContradictedShare) ||
       !(out.noise_grey < kMostNoiseOfContrast * out.contrast_grey)) {
     return std::nullopt;
   }
-  if (distorted && !impl.Distort(&out)) return std::nullopt;
+  if (!undistorted.empty() && !Distort(&out)) return std::nullopt;
   return out;
 }
 
-std::vector<TagDetection> CornerRefiner::RefineAll(const cv::Mat& gray,
-                                                   const std::vector<TagDetection>& tags) const {
+std::optional<RefinedTag> CornerRefiner::Refine(const cv::Mat& gray, const TagDetection& tag,
+                                                double search_px) const {
+  const PatternModel* model = impl_->ModelFor(gray, tag.id);
+  if (model == nullptr) return std::nullopt;
+  Corners in_image = tag.corners;
+  if (search_px > 0) {
+    const int reach = static_cast<int>(std::ceil(std::min(search_px, kMostSearchPx)));
+    const Eigen::Vector2d shift = impl_->Search(gray, in_image, *model, reach).shift_px;
+    for (auto& corner : in_image) corner += shift;
+  }
+  return impl_->Fit(gray, in_image, *model, kMostMovePx + search_px, {});
+}
+
+std::optional<RefinedTag> CornerRefiner::Follow(const cv::Mat& gray, const TagDetection& tag,
+                                                const PatternLook& look) const {
+  const PatternModel* model = impl_->ModelFor(gray, tag.id);
+  if (model == nullptr) return std::nullopt;
+  return impl_->Fit(gray, tag.corners, *model, kMostMovePx, look);
+}
+
+double CornerRefiner::Correlation(const cv::Mat& gray, const TagDetection& tag) const {
+  const PatternModel* model = impl_->ModelFor(gray, tag.id);
+  return model == nullptr ? -1 : impl_->Search(gray, tag.corners, *model, 0).correlation;
+}
+
+std::vector<TagDetection> CornerRefiner::RefineAll(
+    const cv::Mat& gray, const std::vector<TagDetection>& tags,
+    std::unordered_map<int, PatternLook>* looks) const {
   std::vector<TagDetection> out;
   for (TagDetection tag : tags) {
     if (const auto refined = Refine(gray, tag)) {
       tag.corners = refined->corners;
       tag.covariance = refined->covariance;
+      if (looks != nullptr) looks->insert_or_assign(tag.id, refined->look);
     } else {
       tag.covariance = Eigen::Matrix<double, 8, 8>::Identity() * (kUnrefinedPx * kUnrefinedPx);
     }

@@ -3,8 +3,10 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <unordered_map>
 #include <vector>
 
+#include "frontend/pattern_state.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/result.h"
@@ -25,6 +27,7 @@ struct RefinedTag {
   double noise_grey = 0;                   // standard deviation of the residuals
   double inlier_share = 0;                 // pixels that fit, 0 to 1
   double contradicted_share = 0;           // pixels that show the opposite colour, 0 to 1
+  PatternLook look;
 };
 
 /// Refines the corners of detected (or predicted) tags: the whole known pattern, blurred and lit as
@@ -43,11 +46,18 @@ class CornerRefiner {
   /// cell, and with search_px [px] by that much more as a shift.
   std::optional<RefinedTag> Refine(const cv::Mat& gray, const TagDetection& tag,
                                    double search_px = 0) const;
+  /// The same for a tag that was refined in an image shortly before, from a start that is off by
+  /// 0.5 px at most: faster.
+  std::optional<RefinedTag> Follow(const cv::Mat& gray, const TagDetection& tag,
+                                   const PatternLook& look) const;
 
   /// Corners and covariances of all tags of an image (8-bit gray). One that Refine does not believe
-  /// keeps its corners, with 1 px as their standard deviation.
-  std::vector<TagDetection> RefineAll(const cv::Mat& gray,
-                                      const std::vector<TagDetection>& tags) const;
+  /// keeps its corners, with 1 px as their standard deviation; of the others the looks, by id.
+  std::vector<TagDetection> RefineAll(const cv::Mat& gray, const std::vector<TagDetection>& tags,
+                                      std::unordered_map<int, PatternLook>* looks = nullptr) const;
+
+  /// How well the image correlates with the tag's pattern there, -1 to 1, from some of the pixels.
+  double Correlation(const cv::Mat& gray, const TagDetection& tag) const;
 
  private:
   struct Impl;

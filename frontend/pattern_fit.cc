@@ -12,6 +12,8 @@ constexpr int kMostIterations = 12;
 constexpr size_t kCoarsePixels = 500;    // are enough until steps are small
 constexpr double kNearPx = 0.1;          // a step below this: from here on with all pixels
 constexpr double kConvergedPx = 0.03;    // a step below this is the last, its own error far smaller
+constexpr double kFollowedPx = 0.05;     // likewise, where the look is known
+constexpr double kAnotherTag = 0.2;      // contradicted at the start: not that tag, or not there
 constexpr double kMostStepPx = 1.0;      // of a corner
 constexpr double kTukey = 6;             // residuals beyond that many deviations do not count
 constexpr double kLeastNoiseGrey = 0.5;  // 8-bit steps and what the model leaves out
@@ -55,6 +57,10 @@ std::optional<PatternState> StartState(const PatternPixels& pixels, const Patter
   return state;
 }
 
+double ContradictedShare(const PatternSums& sums) {
+  return static_cast<double>(sums.contradicted) / static_cast<double>(sums.used);
+}
+
 double LargestShift(const Eigen::Matrix<double, 8, 1>& shift) {
   double out = 0;
   for (int i = 0; i < 4; ++i) out = std::max(out, shift.segment<2>(2 * i).norm());
@@ -78,9 +84,8 @@ PatternFit Finish(const PatternState& state, const PatternSums& sums,
   PatternFit fit;
   fit.state = state;
   fit.noise_grey = sums.noise_grey;
-  const auto used = static_cast<double>(sums.used);
-  fit.inlier_share = sums.weight / used;
-  fit.contradicted_share = static_cast<double>(sums.contradicted) / used;
+  fit.inlier_share = sums.weight / static_cast<double>(sums.used);
+  fit.contradicted_share = ContradictedShare(sums);
   Matrix8d d_corners;
   fit.corners = PatternCorners(state, &d_corners);
   const double freedom = sums.weight / std::max(sums.weight - kPatternUnknowns, 1.0);
@@ -105,6 +110,7 @@ std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTabl
     Normal matrix = sums.normal;
     const double prior = noise_grey * noise_grey / (kBlurPriorPx2 * kBlurPriorPx2);
     for (int i = 8; i < 11; ++i) matrix(i, i) += prior;
+    if (start.look && ContradictedShare(sums) > kAnotherTag) return std::nullopt;
     const Eigen::LDLT<Normal> solver(matrix);
     PatternVector step = solver.solve(sums.gradient);
     if (solver.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
@@ -114,14 +120,16 @@ std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTabl
     if (shift > kMostStepPx) step.head<8>() *= kMostStepPx / shift;
     *state = Move(*state, step);
     if (!(state->gain >= kLeastContrastGrey)) return std::nullopt;
-    if (shift < kConvergedPx && iteration > 2 && stride == 1) {
+    const bool settled = start.look ? shift < kFollowedPx && sums.noise_grey < 1.5 * noise_grey
+                                    : shift < kConvergedPx && iteration > 2;
+    if (settled && stride == 1) {
       PatternFit fit = Finish(*state, sums, solver);
       fit.iterations = iteration;
       return fit;
     }
-    if (shift < kNearPx && iteration > 1) stride = 1;
+    if (start.look || (shift < kNearPx && iteration > 1)) stride = 1;
     noise_grey = sums.noise_grey;
-    if (iteration == 1) noise_grey = std::max(noise_grey, 0.05 * state->gain);
+    if (iteration == 1 && !start.look) noise_grey = std::max(noise_grey, 0.05 * state->gain);
   }
   return std::nullopt;
 }

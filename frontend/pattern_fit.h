@@ -8,16 +8,13 @@
 
 namespace tagtwist {
 
-/// How a tag looked when it was last fitted.
-struct PatternLook {
-  Eigen::Vector3d blur_px2, light;  // as in PatternState
-  double black = 0, gain = 0, noise_grey = 0;
-};
-
 /// Where a fit starts.
 struct PatternStart {
   std::array<Eigen::Vector2d, 4> corners;  // p1..p4 [px], off by about half a cell at most
-  std::optional<PatternLook> look;         // without it: a usual blur, greys from the pixels
+  /// Without it: a usual blur, greys from the pixels. With it the corners are to be within 0.5 px,
+  /// the fit may end at its first iteration, and one that many pixels contradict at once is given
+  /// up.
+  std::optional<PatternLook> look;
 };
 
 /// A pattern aligned to an image.

@@ -22,6 +22,12 @@ struct PatternState {
   double radius_px = 1;
 };
 
+/// How a tag looked when it was fitted: what a next fit starts from.
+struct PatternLook {
+  Eigen::Vector3d blur_px2, light;             // as in PatternState
+  double black = 0, gain = 0, noise_grey = 0;  // noise: standard deviation of the residuals
+};
+
 /// Order of the unknowns: d (8), blur (3), black, gain, light (3). d moves the tag coordinates by
 ///   du = d1 u + d2 v + d3 - u (d7 u + d8 v),  dv = d4 u + d5 v + d6 - v (d7 u + d8 v).
 constexpr int kPatternUnknowns = 16;

@@ -1,0 +1,83 @@
+#include "frontend/tag_follower.h"
+
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include "frontend/front_end.h"
+#include "frontend/tag_outline.h"
+
+namespace tagtwist {
+
+Result<TagFollower> TagFollower::Create(const TagMap& map, const Camera& camera,
+                                        const Pose& cam_from_body,
+                                        const TagDetectorOptions& options) {
+  auto full = TagDetector::Create(map.family(), options);
+  if (!full) return full.error();
+  TagDetectorOptions plain = options;  // a part of the image is to take little time
+  plain.upscale = 1;
+  plain.decimate = 1;
+  auto part = TagDetector::Create(map.family(), plain);
+  if (!part) return part.error();
+  auto refiner = CornerRefiner::Create(map, camera);
+  if (!refiner) return refiner.error();
+  return TagFollower(map, camera, cam_from_body, options, std::move(*full), std::move(*part),
+                     std::move(*refiner));
+}
+
+TagFollower::TagFollower(const TagMap& map, const Camera& camera, const Pose& cam_from_body,
+                         const TagDetectorOptions& options, TagDetector full, TagDetector part,
+                         CornerRefiner refiner)
+    : map_(map),
+      camera_(camera),
+      border_px_(options.border_px),
+      full_detector_(std::move(full)),
+      part_detector_(std::move(part)),
+      refiner_(std::move(refiner)),
+      guided_(camera, cam_from_body, map, options.border_px) {}
+
+std::vector<TagDetection> TagFollower::Find(const cv::Mat& gray,
+                                            const std::optional<PosePrediction>& prediction) {
+  if (gray.empty()) return {};
+  if (!prediction) return SearchAll(gray);
+  GuidedTags guided = guided_.Find(gray, refiner_, *prediction);
+  if (policy_.AfterGuided(guided.expected, static_cast<int>(guided.found.size()))) {
+    return SearchAll(gray);
+  }
+  const auto part = policy_.NextPart();
+  return part ? SearchPart(gray, *part, guided.found) : std::move(guided.found);
+}
+
+std::vector<TagDetection> TagFollower::SearchAll(const cv::Mat& gray) {
+  std::unordered_map<int, PatternLook> looks;
+  const auto found = FilterTags(full_detector_.Detect(gray), map_, camera_, border_px_);
+  auto tags = refiner_.RefineAll(gray, found, &looks);
+  guided_.SetLooks(std::move(looks));
+  policy_.AfterFull(static_cast<int>(tags.size()));
+  return tags;
+}
+
+// What is known, and what else lies in the part. An id that is seen at two places is dropped.
+std::vector<TagDetection> TagFollower::SearchPart(const cv::Mat& gray,
+                                                  const Eigen::AlignedBox2d& part,
+                                                  const std::vector<TagDetection>& known) const {
+  const Eigen::Vector2d size(gray.cols, gray.rows);
+  const Eigen::Vector2i low = part.min().cwiseProduct(size).cast<int>();
+  const Eigen::Vector2i high =
+      part.max().cwiseProduct(size).cast<int>().cwiseMin(Eigen::Vector2i(gray.cols, gray.rows));
+  const cv::Mat cut = gray(cv::Range(low.y(), high.y()), cv::Range(low.x(), high.x()));
+  std::vector<TagDetection> fresh;
+  for (TagDetection tag : part_detector_.Detect(cut)) {
+    for (auto& corner : tag.corners) corner += low.cast<double>();
+    const Eigen::Vector2d centre =
+        0.25 * (tag.corners[0] + tag.corners[1] + tag.corners[2] + tag.corners[3]);
+    const TagDetection* same = TagUnder(centre, known, 0);
+    if (same == nullptr || same->id != tag.id) fresh.push_back(tag);
+  }
+  if (fresh.empty()) return known;
+  fresh = refiner_.RefineAll(gray, FilterTags(fresh, map_, camera_, border_px_));
+  fresh.insert(fresh.end(), known.begin(), known.end());
+  return FilterTags(fresh, map_, camera_, border_px_);
+}
+
+}  // namespace tagtwist
