@@ -28,6 +28,18 @@ constexpr double kUnrefinedPx = 1.0;  // corners whose refinement fails are ofte
 
 using Corners = std::array<Eigen::Vector2d, 4>;
 
+// Where a tag's straight sides are straight: a picture without the lens's distortion that near the
+// tag's centre is the image itself, in place, scale and shape. Without distortion, the image.
+struct View {
+  Corners corners;                                                                 // of the tag
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero(), ray = Eigen::Vector2d::Zero();  // its centre
+  Eigen::Matrix2d d_pixel_d_ray = Eigen::Matrix2d::Identity();
+
+  Eigen::Vector2d FromRay(const Eigen::Vector2d& other) const {
+    return pixel + d_pixel_d_ray * (other - ray);
+  }
+};
+
 // Where a row of the image may meet a convex region: the region's half planes are a x + b < 0.
 struct Interval {
   double first, last;  // empty when last < first
@@ -65,42 +77,47 @@ struct CornerRefiner::Impl {
   Camera camera;
   std::unordered_map<int, PatternModel> models;  // by id
   NormalTable normal;
-  std::vector<Eigen::Vector2d> undistorted;  // [px] of every pixel, where the lens distorts
+  std::vector<Eigen::Vector2d> rays;  // of every pixel, where the lens distorts
 
-  Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const {
-    const auto ray = camera.Unproject(pixel);
-    if (!ray) return Eigen::Vector2d::Constant(NAN);
-    return {camera.fx * ray->x() + camera.cx, camera.fy * ray->y() + camera.cy};
-  }
-
-  // False where the lens has no ray.
-  bool UndistortAll(const Corners& in_image, Corners* out) const {
-    *out = in_image;
-    for (auto& corner : *out) {
-      if (!undistorted.empty()) corner = Undistort(corner);
-      if (!corner.allFinite() || !(corner.norm() < kFarPx)) return false;
-    }
-    return true;
-  }
-
-  // Back into the image, with the covariance.
-  bool Distort(RefinedTag* tag) const {
-    Eigen::Matrix<double, 8, 8> jacobian = Eigen::Matrix<double, 8, 8>::Zero();
-    const Eigen::Vector2d d_ray(1 / camera.fx, 1 / camera.fy);
-    for (size_t c = 0; c < 4; ++c) {
-      const Eigen::Vector3d ray((tag->corners[c].x() - camera.cx) * d_ray.x(),
-                                (tag->corners[c].y() - camera.cy) * d_ray.y(), 1);
+  // nullopt where the lens has no ray.
+  std::optional<View> MakeView(const Corners& in_image) const {
+    View out;
+    out.corners = in_image;
+    if (!rays.empty()) {
+      for (Eigen::Vector2d& corner : out.corners) {
+        const auto ray = camera.Unproject(corner);
+        if (!ray) return std::nullopt;
+        corner = *ray;
+        out.ray += 0.25 * corner;
+      }
       Eigen::Matrix<double, 2, 3> d_pixel;
-      if (!camera.Project(ray, &tag->corners[c], &d_pixel)) return false;
+      if (!camera.Project(out.ray.homogeneous(), &out.pixel, &d_pixel)) return std::nullopt;
+      out.d_pixel_d_ray = d_pixel.leftCols<2>();
+      for (Eigen::Vector2d& corner : out.corners) corner = out.FromRay(corner);
+    }
+    for (const Eigen::Vector2d& corner : out.corners) {
+      if (!corner.allFinite() || !(corner.norm() < kFarPx)) return std::nullopt;
+    }
+    return out;
+  }
+
+  // From the view back into the image, with the covariance.
+  bool Distort(const View& view, RefinedTag* tag) const {
+    Eigen::Matrix<double, 8, 8> jacobian = Eigen::Matrix<double, 8, 8>::Zero();
+    const Eigen::Matrix2d d_ray = view.d_pixel_d_ray.inverse();
+    for (size_t c = 0; c < 4; ++c) {
+      const Eigen::Vector2d ray = view.ray + d_ray * (tag->corners[c] - view.pixel);
+      Eigen::Matrix<double, 2, 3> d_pixel;
+      if (!camera.Project(ray.homogeneous(), &tag->corners[c], &d_pixel)) return false;
       const int at = 2 * static_cast<int>(c);
-      jacobian.block<2, 2>(at, at) = d_pixel.leftCols<2>() * d_ray.asDiagonal();
+      jacobian.block<2, 2>(at, at) = d_pixel.leftCols<2>() * d_ray;
     }
     tag->covariance = jacobian * tag->covariance * jacobian.transpose();
     return true;
   }
 
   std::vector<PatternPlace> FindPlaces(const cv::Mat& gray, const Corners& in_image,
-                                       const Corners& corners, const PatternModel& model) const;
+                                       const View& view, const PatternModel& model) const;
   PatternMatch Search(const cv::Mat& gray, const Corners& in_image, const PatternModel& model,
                       int reach) const;
   std::optional<RefinedTag> Fit(const cv::Mat& gray, const Corners& in_image,
@@ -112,12 +129,11 @@ struct CornerRefiner::Impl {
 // The pixels of the pattern but for the rim where its surroundings show through the blur; half a
 // cell around the square at least.
 std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
-                                                          const Corners& in_image,
-                                                          const Corners& corners,
+                                                          const Corners& in_image, const View& view,
                                                           const PatternModel& model) const {
   std::vector<PatternPlace> out;
-  const auto tag_from_pixel = TagFromPixel(corners);
-  const double cell_px = std::sqrt(QuadArea(corners)) / (2 * model.square_half());
+  const auto tag_from_pixel = TagFromPixel(view.corners);
+  const double cell_px = std::sqrt(QuadArea(view.corners)) / (2 * model.square_half());
   if (!tag_from_pixel || !(cell_px > kLeastCellPx)) return out;
   const double rim = model.pattern_half() - std::min(0.5, 1.5 / cell_px);
   const double most = rim / model.square_half();
@@ -134,11 +150,11 @@ std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
   const Eigen::Vector2d last = (high + margin).cwiseMin(end).array().ceil();
   for (int y = static_cast<int>(first.y()); y <= last.y(); ++y) {
     Interval row{first.x(), last.x()};
-    if (undistorted.empty()) CutToSquare(*tag_from_pixel, most, y, &row);
+    if (rays.empty()) CutToSquare(*tag_from_pixel, most, y, &row);
     for (int x = static_cast<int>(row.first); x <= row.last; ++x) {
       Eigen::Vector2d at(x, y);
-      if (!undistorted.empty()) {
-        at = undistorted[static_cast<size_t>(y * gray.cols + x)];
+      if (!rays.empty()) {
+        at = view.FromRay(rays[static_cast<size_t>(y * gray.cols + x)]);
         if (!IsInSquare(*tag_from_pixel, most, at)) continue;
       }
       out.push_back({x, y, at});
@@ -149,17 +165,16 @@ std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
 
 PatternMatch CornerRefiner::Impl::Search(const cv::Mat& gray, const Corners& in_image,
                                          const PatternModel& model, int reach) const {
-  Corners corners;
-  if (!UndistortAll(in_image, &corners)) return {};
-  const auto places = FindPlaces(gray, in_image, corners, model);
-  return SearchPattern(gray, model, normal, corners, places, reach);
+  const auto view = MakeView(in_image);
+  if (!view) return {};
+  const auto places = FindPlaces(gray, in_image, *view, model);
+  return SearchPattern(gray, model, normal, view->corners, places, reach);
 }
 
 // Of the tag, or nullptr where the image or the id cannot be worked with.
 const PatternModel* CornerRefiner::Impl::ModelFor(const cv::Mat& gray, int id) const {
   const auto found = models.find(id);
-  const bool fits =
-      undistorted.empty() || (gray.cols == camera.width && gray.rows == camera.height);
+  const bool fits = rays.empty() || (gray.cols == camera.width && gray.rows == camera.height);
   return gray.type() == CV_8UC1 && fits && found != models.end() ? &found->second : nullptr;
 }
 
@@ -181,7 +196,8 @@ Result<CornerRefiner> CornerRefiner::Create(const TagMap& map, const Camera& cam
   if (camera.IsDistorted()) {
     for (int y = 0; y < camera.height; ++y) {
       for (int x = 0; x < camera.width; ++x) {
-        impl->undistorted.push_back(impl->Undistort(Eigen::Vector2d(x, y)));
+        const auto ray = camera.Unproject(Eigen::Vector2d(x, y));
+        impl->rays.push_back(ray.value_or(Eigen::Vector2d::Constant(NAN)));
       }
     }
   }
@@ -191,11 +207,12 @@ Result<CornerRefiner> CornerRefiner::Create(const TagMap& map, const Camera& cam
 std::optional<RefinedTag> CornerRefiner::Impl::Fit(const cv::Mat& gray, const Corners& in_image,
                                                    const PatternModel& model, double most_move_px,
                                                    const std::optional<PatternLook>& look) const {
-  Corners start;
-  if (!UndistortAll(in_image, &start)) return std::nullopt;
+  const auto view = MakeView(in_image);
+  if (!view) return std::nullopt;
+  const Corners& start = view->corners;
   PatternPixels pixels;
   pixels.origin = 0.25 * (start[0] + start[1] + start[2] + start[3]);
-  for (const PatternPlace& place : FindPlaces(gray, in_image, start, model)) {
+  for (const PatternPlace& place : FindPlaces(gray, in_image, *view, model)) {
     pixels.Add(place.at.x(), place.at.y(), gray.at<uint8_t>(place.y, place.x));
   }
   const auto fit = FitPattern(model, normal, pixels, {start, look});
@@ -219,7 +236,7 @@ std::optional<RefinedTag> CornerRefiner::Impl::Fit(const cv::Mat& gray, const Co
       !(out.noise_grey < kMostNoiseOfContrast * out.contrast_grey)) {
     return std::nullopt;
   }
-  if (!undistorted.empty() && !Distort(&out)) return std::nullopt;
+  if (!rays.empty() && !Distort(*view, &out)) return std::nullopt;
   return out;
 }
 

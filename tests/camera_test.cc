@@ -143,6 +143,21 @@ TEST(Camera, PointsPastTheFoldAreNotSeen) {
   }
 }
 
+// This one folds at r = 1.2 and again at 2.2: the far branch covers the image a second time.
+TEST(Camera, PixelsBeyondTheLensHaveNoRayOfTheFarBranch) {
+  const Camera camera = MakeCamera(
+      {"", LensModel::kRadialTangential, {0.42, -0.21, 8e-4, -4e-4, 0.03, 0.71, -0.15, 0.06}});
+  for (double angle = 0; angle < 6.28; angle += 0.01) {
+    for (const double r : {0.5, 0.75, 0.85, 0.95, 1.3}) {
+      const Eigen::Vector2d pixel(camera.cx + camera.fx * r * std::cos(angle),
+                                  camera.cy + camera.fy * r * std::sin(angle));
+      const auto ray = camera.Unproject(pixel);
+      EXPECT_EQ(static_cast<bool>(ray), r < 0.8) << r << " " << angle;
+      EXPECT_LT(ray.value_or(Eigen::Vector2d::Zero()).norm(), 1.2);
+    }
+  }
+}
+
 TEST(Camera, NotANumberIsAProblemInEveryCoefficient) {
   for (double Camera::*k : {&Camera::k1, &Camera::k3, &Camera::k4, &Camera::k5, &Camera::k6}) {
     Camera camera;

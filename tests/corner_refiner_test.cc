@@ -209,6 +209,19 @@ TEST(CornerRefiner, ADistortedCameraLeavesNoBias) {
   EXPECT_GT(score.nees, 0.7);
 }
 
+// Up to 80 degrees off the axis, where a picture without the distortion would be many times as
+// wide.
+TEST(CornerRefiner, AnEquidistantCameraIsRefinedToItsBorder) {
+  Setting setting;
+  setting.camera.lens = LensModel::kEquidistant;
+  setting.camera.fx = setting.camera.fy = 130;
+  setting.height_m = 0.6;
+  const Score score = Measure(setting, 12);
+  EXPECT_GT(score.tags, 60);
+  EXPECT_LT(score.refined_px, 0.04);
+  EXPECT_LE(score.refused, score.tags / 50);
+}
+
 // A frame's tags well inside of the image, with their true corners.
 struct View {
   SimulatedFrame frame;

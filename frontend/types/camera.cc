@@ -65,6 +65,18 @@ bool Distort(const Camera& c, const Eigen::Vector2d& n, Eigen::Vector2d* distort
                                            : DistortRadialTangential(c, n, distorted, jacobian);
 }
 
+// False when the lens folds on the way from its axis to n: beyond, another ray may have the pixel.
+bool IsOnFirstBranch(const Camera& c, const Eigen::Vector2d& n) {
+  constexpr int kSteps = 16;
+  Eigen::Vector2d image;
+  Eigen::Matrix2d jacobian;
+  for (int i = 1; i < kSteps; ++i) {
+    const Eigen::Vector2d between = (static_cast<double>(i) / kSteps) * n;
+    if (!DistortRadialTangential(c, between, &image, &jacobian)) return false;
+  }
+  return true;
+}
+
 std::optional<Eigen::Vector2d> UndistortRadialTangential(const Camera& c,
                                                          const Eigen::Vector2d& distorted) {
   Eigen::Vector2d normalised = distorted, image;
@@ -76,7 +88,7 @@ std::optional<Eigen::Vector2d> UndistortRadialTangential(const Camera& c,
     normalised += jacobian.inverse() * miss;
     error = miss.norm();
   }
-  if (!(error < kNewtonWorst)) return std::nullopt;
+  if (!(error < kNewtonWorst) || !IsOnFirstBranch(c, normalised)) return std::nullopt;
   return normalised;
 }
 
