@@ -17,6 +17,9 @@ DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
 DEFINE_string(output, "results", "Folder to write to; made where it is missing.");
 DEFINE_bool(write_covariance, false, "Also covariance.csv: the 12 x 12 of every frame.");
+DEFINE_bool(calibrate, false,
+            "Refine map, lens and, against ground truth, mount, print scale and clock from the "
+            "recording, estimate with what came out, write it to calibration.yaml.");
 DEFINE_bool(sliding_window, false,
             "Online: a fixed-lag window, states at lag 0 and at its lag, instead of one batch.");
 DEFINE_string(detection, "auto",
@@ -87,7 +90,8 @@ Usage EstimateUsage() {
       {"What to read", {"dataset", "ground_truth", "use_detections"}},
       ConfigFlags(),
       {"What to write", {"output", "write_covariance"}},
-      {"How to estimate", {"sliding_window", "window_frames", "detection", "tracks", "clock"}},
+      {"How to estimate",
+       {"calibrate", "sliding_window", "window_frames", "detection", "tracks", "clock"}},
       {"Noise (learned from the data unless given)",
        {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
         "jerk_psd", "angular_jerk_psd"}},
@@ -110,6 +114,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.ground_truth = FLAGS_ground_truth;
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;
   job.write_covariance = FLAGS_write_covariance;
+  job.calibrate = FLAGS_calibrate;
   job.run.sliding_window = FLAGS_sliding_window;
   job.run.use_detections = FLAGS_use_detections;
   auto detection = DetectionFromFlags();

@@ -13,6 +13,7 @@ struct EstimateJob {
   ConfigFiles config;
   bool read_images = true;
   bool write_covariance = false;
+  bool calibrate = false;
   RunOptions run;
 };
 

@@ -4,8 +4,10 @@
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
+#include "apps/calibrate_recording.h"
 #include "apps/estimate_flags.h"
 #include "apps/stopwatch.h"
+#include "estimator/calibration_text.h"
 #include "estimator/result_writer.h"
 #include "frontend/ground_truth_io.h"
 
@@ -24,8 +26,20 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const TagMap& map) {
   return options;
 }
 
+// The refined set-up, told on standard output.
+Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
+                                   const std::vector<TruthSample>& truth) {
+  auto source = OpenDataSource(job.dataset, SourceOptions(job, config.map));
+  if (!source) return source.error();
+  auto calibration = CalibrateRecording(job.dataset, source->get(), config, job.run, truth);
+  if (!calibration) return calibration;
+  for (const std::string& line : CalibrationText(*calibration)) std::cout << line << "\n";
+  std::cout << "\n";
+  return calibration;
+}
+
 // Everything between the flags and the last line printed.
-Status Run(const EstimateJob& job, const Config& config) {
+Status Run(const EstimateJob& job, Config config) {
   const Stopwatch watch;
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
   auto source = OpenDataSource(job.dataset, SourceOptions(job, config.map));
@@ -40,6 +54,12 @@ Status Run(const EstimateJob& job, const Config& config) {
       return Error{job.ground_truth + ": no sample lies within the recording"};
     }
     context.truth = std::move(*truth);
+  }
+  if (job.calibrate) {
+    auto calibration = CalibrateFirst(job, config, context.truth);
+    if (!calibration) return calibration.error();
+    config = calibration->config;
+    context.calibration = std::move(*calibration);
   }
   const auto estimate = RunEstimate(job.dataset, source->get(), config, job.run);
   if (!estimate) return estimate.error();

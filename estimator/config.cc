@@ -106,6 +106,7 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   ReadOptions("klt", &sections, &config.front_end.klt);
   ReadOptions("closed_form", &sections, &config.front_end.closed_form);
   ReadOptions("estimator", &sections, &config.estimator);
+  ReadOptions("calibration", &sections, &config.calibration);
   if (Status status = sections.Finish(); !status) return status.error();
   return config;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "estimator/calibration_options.h"
 #include "estimator/estimator_options.h"
 #include "frontend/front_end.h"
 #include "frontend/types/camera.h"
@@ -17,6 +18,7 @@ struct Config {
   TagMap map;
   FrontEndOptions front_end;
   EstimatorOptions estimator;
+  CalibrationOptions calibration;
 };
 
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.

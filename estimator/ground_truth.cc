@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/types/so3.h"
+
 namespace tagtwist {
 
 std::optional<TruthSample> InterpolateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
@@ -29,6 +31,18 @@ std::optional<TruthSample> InterpolateTruth(const std::vector<TruthSample>& trut
                       mix(a.twist->omega_body, b.twist->omega_body)};
   }
   return out;
+}
+
+std::optional<Twist> DifferentiateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
+                                        double max_gap_s) {
+  constexpr int64_t kStepNs = 10'000'000;
+  const auto before = InterpolateTruth(truth, t_ns - kStepNs, max_gap_s);
+  const auto after = InterpolateTruth(truth, t_ns + kStepNs, max_gap_s);
+  if (!before || !after) return std::nullopt;
+  const double dt_s = ToSeconds(2 * kStepNs);
+  const Pose &a = before->world_from_body, &b = after->world_from_body;
+  return Twist{(b.translation() - a.translation()) / dt_s,
+               LogSo3(a.rotation().conjugate() * b.rotation()) / dt_s};
 }
 
 std::vector<TruthMatch> MatchTruth(const PoseSeries& series, const std::vector<TruthSample>& truth,

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "frontend/types/so3.h"
 
@@ -17,24 +16,6 @@ using Matrix13 = Eigen::Matrix<double, 13, 13>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Jacobian = Eigen::Matrix<double, 6, 13>;
 
-struct TruthRate {
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(), omega = Eigen::Vector3d::Zero();
-};
-
-// Velocity and body rate of the truth by central differences of its poses over +-10 ms: they need
-// no twist in the file, and are consistent with what InterpolateTruth says. Zero at the ends.
-TruthRate DifferentiateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
-                             double max_gap_s) {
-  constexpr int64_t kStepNs = 10'000'000;
-  const auto before = InterpolateTruth(truth, t_ns - kStepNs, max_gap_s);
-  const auto after = InterpolateTruth(truth, t_ns + kStepNs, max_gap_s);
-  if (!before || !after) return {};
-  const double dt = ToSeconds(2 * kStepNs);
-  const Pose &a = before->world_from_body, &b = after->world_from_body;
-  return {(b.translation() - a.translation()) / dt,
-          LogSo3(a.rotation().conjugate() * b.rotation()) / dt};
-}
-
 Vector6 Misfit(const TruthMatch& match, const Alignment& alignment, double metres_per_radian) {
   const Pose predicted =
       alignment.truth_from_world * match.estimate.world_from_body * alignment.body_from_marker;
@@ -46,7 +27,7 @@ Vector6 Misfit(const TruthMatch& match, const Alignment& alignment, double metre
 }
 
 Jacobian MisfitJacobian(const TruthMatch& match, const Alignment& alignment, const Vector6& misfit,
-                        const TruthRate& rate, double metres_per_radian) {
+                        const Twist& rate, double metres_per_radian) {
   const Eigen::Matrix3d a = alignment.truth_from_world.rotation().toRotationMatrix();
   const Eigen::Matrix3d r = match.estimate.world_from_body.rotation().toRotationMatrix();
   const Eigen::Matrix3d m = alignment.body_from_marker.rotation().toRotationMatrix();
@@ -57,10 +38,10 @@ Jacobian MisfitJacobian(const TruthMatch& match, const Alignment& alignment, con
       -a * Hat(match.estimate.world_from_body * alignment.body_from_marker.translation());
   j.block<3, 3>(0, 3).setIdentity();
   j.block<3, 3>(0, 9) = a * r;
-  j.block<3, 1>(0, 12) = -rate.velocity;
+  j.block<3, 1>(0, 12) = -rate.v_world;
   j.block<3, 3>(3, 0) = log_from_right * (r * m).transpose();
   j.block<3, 3>(3, 6) = log_from_right;
-  j.block<3, 1>(3, 12) = -metres_per_radian * RightJacobianInverseSo3(-log) * rate.omega;
+  j.block<3, 1>(3, 12) = -metres_per_radian * RightJacobianInverseSo3(-log) * rate.omega_body;
   return j;
 }
 
@@ -83,9 +64,9 @@ NormalEquations Linearise(const std::vector<TruthMatch>& matches,
   NormalEquations out;
   for (const TruthMatch& match : matches) {
     const Vector6 r = Misfit(match, alignment, options.metres_per_radian);
-    TruthRate rate;
+    Twist rate;
     if (options.estimate_time_offset) {
-      rate = DifferentiateTruth(truth, match.truth.t_ns, options.max_truth_gap_s);
+      rate = DifferentiateTruth(truth, match.truth.t_ns, options.max_truth_gap_s).value_or(Twist());
     }
     const Jacobian j = MisfitJacobian(match, alignment, r, rate, options.metres_per_radian);
     out.hessian += j.transpose() * j;

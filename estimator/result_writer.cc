@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "estimator/calibration_config.h"
 #include "estimator/report.h"
 #include "estimator/states_csv.h"
 #include "frontend/ground_truth_io.h"
@@ -12,9 +13,9 @@ namespace tagtwist {
 namespace {
 
 const std::vector<std::string> kAllNames = {
-    "closed_form.tum",  "optimised.tum",           "states.csv",   "states_lagged.csv",
-    "ground_truth.tum", "ground_truth_states.csv", "summary.json", "report.html",
-    "covariance.csv",   "covariance_lagged.csv"};
+    "closed_form.tum",  "optimised.tum",           "states.csv",      "states_lagged.csv",
+    "ground_truth.tum", "ground_truth_states.csv", "summary.json",    "report.html",
+    "covariance.csv",   "covariance_lagged.csv",   "calibration.yaml"};
 
 Pose WithPositiveW(const Pose& pose) {
   Pose out = pose;
@@ -71,6 +72,11 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
   if (context.write_covariance && !estimate.lagged.empty()) {
     out.push_back({"covariance_lagged.csv", [](const Estimate& e, const ResultContext&) {
                      return FormatCovarianceCsv(e.lagged);
+                   }});
+  }
+  if (context.calibration) {
+    out.push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
+                     return FormatCalibrationConfig(*c.calibration);
                    }});
   }
   if (!context.truth.empty()) {

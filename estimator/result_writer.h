@@ -1,7 +1,9 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "estimator/calibration.h"
 #include "estimator/comparison_table.h"
 #include "estimator/estimate.h"
 #include "estimator/file_set.h"
@@ -19,13 +21,14 @@ struct ResultContext {
   std::vector<TruthSample> truth;   // empty when there is none
   std::vector<ComparisonRow> rows;  // as CompareMethods gives them
   bool write_covariance = false;
+  std::optional<Calibration> calibration;  // where one was asked for
 };
 
 /// Writes closed_form.tum, optimised.tum, states.csv, summary.json, report.html; with truth
 /// ground_truth.tum, and ground_truth_states.csv where it has twists; in window mode
-/// states_lagged.csv; when asked covariance.csv (and covariance_lagged.csv). All of them or none,
-/// see FileSet; files of that list that this run does not have are removed. Two runs with the same
-/// estimate differ in wall_s, peak_rss_mib and the times alone.
+/// states_lagged.csv; when asked covariance.csv (and covariance_lagged.csv), calibration.yaml. All
+/// of them or none, see FileSet; files of that list that this run does not have are removed. Two
+/// runs with the same estimate differ in wall_s, peak_rss_mib and the times alone.
 Status WriteResults(const std::string& folder, const Estimate& estimate,
                     const ResultContext& context);
 

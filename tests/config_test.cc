@@ -60,6 +60,7 @@ FieldLister ListAllFields(const Config& config) {
   KltOptions::VisitFields(config.front_end.klt, lister);
   ClosedFormOptions::VisitFields(config.front_end.closed_form, lister);
   EstimatorOptions::VisitFields(config.estimator, lister);
+  CalibrationOptions::VisitFields(config.calibration, lister);
   return lister;
 }
 

@@ -1,0 +1,160 @@
+#include "estimator/calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "estimator/calibration_solver.h"
+#include "estimator/ground_truth.h"
+#include "estimator/seeding.h"
+
+namespace tagtwist {
+namespace {
+
+constexpr int kLeastFrames = 20;
+
+CalibrationState StateOf(const Config& config) {
+  CalibrationState out;
+  out.camera = config.camera;
+  out.cam_from_body = config.cam_from_body;
+  out.tags = config.map.tags();
+  return out;
+}
+
+// Truth that stays at hand while the clock moves by three of its sigmas.
+bool HasTruth(const std::vector<TruthSample>& truth, int64_t t_ns, double clock_sigma_s) {
+  const int64_t margin_ns = std::llround(3e9 * clock_sigma_s);
+  return InterpolateTruth(truth, t_ns, kMaxTruthGapS) &&
+         InterpolateTruth(truth, t_ns - margin_ns, kMaxTruthGapS) &&
+         InterpolateTruth(truth, t_ns + margin_ns, kMaxTruthGapS);
+}
+
+std::vector<CalibrationFrame> MakeFrames(const Config& config, const std::vector<GraphFrame>& seeds,
+                                         const std::vector<TruthSample>& truth) {
+  std::unordered_map<int, int> index;
+  for (const Tag& tag : config.map.tags()) index.emplace(tag.id, static_cast<int>(index.size()));
+  const Pose body_from_cam = Inverse(config.cam_from_body);
+  std::vector<CalibrationFrame> out;
+  for (const GraphFrame& seed : seeds) {
+    if (seed.tags.empty()) continue;
+    CalibrationFrame frame;
+    frame.t_ns = seed.t_ns;
+    frame.world_from_cam = seed.state.world_from_body * body_from_cam;
+    frame.has_truth = HasTruth(truth, seed.t_ns, config.calibration.time_offset_sigma_s);
+    for (const TagDetection& tag : seed.tags) {
+      CalibrationView view;
+      view.tag = index.at(tag.id);
+      view.pixels = tag.corners;
+      if (!config.estimator.corner_sigma_px) view.covariance = tag.covariance;
+      frame.views.push_back(view);
+    }
+    out.push_back(std::move(frame));
+  }
+  return out;
+}
+
+// Holds what nothing is seen of.
+void HoldUnseen(const std::vector<CalibrationFrame>& frames,
+                const std::vector<CalibrationParameter>& parameters,
+                const CalibrationLayout& layout, Eigen::VectorXd* sigmas) {
+  const bool has_truth = std::any_of(frames.begin(), frames.end(),
+                                     [](const CalibrationFrame& f) { return f.has_truth; });
+  if (!has_truth) (*sigmas)(layout.scale()) = 0;
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    if (!has_truth && parameters[i].group == CalibrationGroup::kTruth) {
+      (*sigmas)(static_cast<Eigen::Index>(i)) = 0;
+    }
+  }
+  std::vector<bool> seen(static_cast<size_t>(layout.n_tags));
+  for (const CalibrationFrame& frame : frames) {
+    for (const CalibrationView& view : frame.views) seen[static_cast<size_t>(view.tag)] = true;
+  }
+  for (int i = 0; i < layout.n_tags; ++i) {
+    if (!seen[static_cast<size_t>(i)]) sigmas->segment<6>(layout.tag(i)).setZero();
+  }
+}
+
+// The refined set-up as a configuration; the map moves into the ground truth's world.
+Config Refine(const Config& config, const CalibrationState& state) {
+  Config out = config;
+  out.camera = state.camera;
+  out.cam_from_body = state.cam_from_body;
+  const double scale = std::exp(state.log_scale);
+  std::vector<Tag> tags = state.tags;
+  for (Tag& tag : tags) {
+    tag.size_m *= scale;
+    const Pose scaled =
+        MakePose(tag.world_from_tag.rotation(), scale * tag.world_from_tag.translation());
+    tag.world_from_tag = state.truth_from_world * scaled;
+  }
+  out.map = TagMap(config.map.family(), std::move(tags));
+  return out;
+}
+
+}  // namespace
+
+Result<CalibrationProblem> MakeCalibrationProblem(
+    const Config& config, const std::vector<FrameMeasurements>& measurements,
+    const std::vector<TruthSample>& truth) {
+  const EstimatorSetup setup =
+      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator);
+  const auto seeds = SeedFrames(setup, measurements);
+  if (!seeds) return seeds.error();
+  CalibrationProblem out;
+  out.prior = StateOf(config);
+  out.truth = truth;
+  out.robust_scale = config.estimator.robust_scale;
+  out.frames = MakeFrames(config, *seeds, truth);
+  if (static_cast<int>(out.frames.size()) < kLeastFrames) {
+    return Error{"a calibration needs " + std::to_string(kLeastFrames) + " frames with tags, got " +
+                 std::to_string(out.frames.size())};
+  }
+  const std::vector<CalibrationParameter> parameters = ParametersOf(out.prior, config.calibration);
+  out.prior_sigmas.resize(static_cast<Eigen::Index>(parameters.size()));
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    out.prior_sigmas(static_cast<Eigen::Index>(i)) = parameters[i].prior_sigma;
+  }
+  HoldUnseen(out.frames, parameters, LayoutOf(out.prior), &out.prior_sigmas);
+  return out;
+}
+
+Result<Calibration> Calibrate(const Config& config,
+                              const std::vector<FrameMeasurements>& measurements,
+                              const std::vector<TruthSample>& truth) {
+  auto problem = MakeCalibrationProblem(config, measurements, truth);
+  if (!problem) return problem.error();
+  CalibrationNoise noise;
+  noise.corner_sigma_px = config.estimator.corner_sigma_px.value_or(noise.corner_sigma_px);
+  const bool learn_corners = !config.estimator.corner_sigma_px;
+  const Error no_solution{"the calibration has no solution: tags fall behind the camera"};
+  CalibrationSolution all = SolveAndLearnNoise(*problem, problem->prior, noise, learn_corners);
+  if (!all.usable) return no_solution;
+
+  Calibration out;
+  out.given = problem->prior;
+  out.parameters = ParametersOf(problem->prior, config.calibration);
+  problem->frames = std::move(all.frames);  // where searches start from
+  SetCornerNoise(all.noise.corner_sigma_px, &problem->frames);
+  out.validation = ValidateGroups(*problem, out.parameters, all.state, all.noise,
+                                  config.calibration.validation_blocks);
+  const CalibrationProblem applied = Restrict(*problem, out.parameters, out.validation.applied());
+  CalibrationSolution solution =
+      SolveAndLearnNoise(applied, OnlyFree(all.state, applied), all.noise, learn_corners);
+  if (!solution.usable) return no_solution;
+  out.refined = std::move(solution.state);
+  out.prior_sigmas = applied.prior_sigmas;
+  out.change = Difference(out.refined, out.given);
+  out.covariance = std::move(solution.covariance);
+  out.noise = solution.noise;
+  out.unseen = FindUnseen(out.given, out.parameters, out.prior_sigmas, out.covariance);
+  out.config = Refine(config, out.refined);
+  out.frames = static_cast<int>(applied.frames.size());
+  for (const CalibrationFrame& frame : applied.frames) {
+    out.views += static_cast<int>(frame.views.size());
+    out.has_truth = out.has_truth || frame.has_truth;
+  }
+  return out;
+}
+
+}  // namespace tagtwist

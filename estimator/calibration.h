@@ -1,0 +1,46 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "estimator/calibration_observability.h"
+#include "estimator/calibration_problem.h"
+#include "estimator/calibration_validation.h"
+#include "estimator/config.h"
+#include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/result.h"
+
+namespace tagtwist {
+
+/// The set-up as the data have it. Vectors and matrices over the error state, full layout.
+struct Calibration {
+  Config config;  // refined; its map in the ground truth's world where there is one
+  CalibrationState given, refined;
+  std::vector<CalibrationParameter> parameters;
+  Eigen::VectorXd prior_sigmas;  // 0: held, not seen at all, or not applied
+  Eigen::VectorXd change;        // refined as seen from given
+  Eigen::MatrixXd covariance;    // zero where held
+  CalibrationNoise noise;
+  CalibrationValidation validation;
+  std::vector<UnseenDirection> unseen;
+  int frames = 0, views = 0;
+  bool has_truth = false;
+
+  double sigma(int entry) const { return std::sqrt(covariance(entry, entry)); }
+};
+
+/// Refines the configured set-up by the tags of a recording and, where there is any, by ground
+/// truth (body in W). Frames' poses are free. A group of parameters that does not help frames that
+/// it was not fitted to stays as configured (calibration_validation.h). An error when there are too
+/// few frames, or no solution.
+Result<Calibration> Calibrate(const Config& config,
+                              const std::vector<FrameMeasurements>& measurements,
+                              const std::vector<TruthSample>& truth);
+
+/// The problem that Calibrate solves, all parameters free that the options leave free and something
+/// is seen of.
+Result<CalibrationProblem> MakeCalibrationProblem(
+    const Config& config, const std::vector<FrameMeasurements>& measurements,
+    const std::vector<TruthSample>& truth);
+
+}  // namespace tagtwist

@@ -1,0 +1,121 @@
+#include "estimator/calibration_config.h"
+
+#include <optional>
+#include <type_traits>
+
+#include "estimator/calibration_text.h"
+#include "estimator/format_text.h"
+#include "frontend/number_text.h"
+#include "residuals/lens.h"
+
+namespace tagtwist {
+namespace {
+
+std::string Number(double value) { return FormatNumber(value); }
+
+template <typename Range>
+std::string List(const Range& values) {
+  std::string out;
+  for (const double value : values) out += (out.empty() ? "" : ", ") + Number(value);
+  return "[" + out + "]";
+}
+
+// Visitor of an options struct: "  name: value" a field; a field that is not given is left out.
+struct OptionLines {
+  std::string text;
+  template <typename T>
+  void operator()(const char* name, const T& value) {
+    if constexpr (std::is_same_v<T, std::string>) {
+      Add(name, value);
+    } else if constexpr (std::is_same_v<T, bool>) {
+      Add(name, value ? "true" : "false");
+    } else if constexpr (std::is_integral_v<T>) {
+      Add(name, std::to_string(value));
+    } else if constexpr (std::is_floating_point_v<T>) {
+      Add(name, Number(value));
+    } else if (value) {
+      (*this)(name, *value);
+    }
+  }
+  void Add(const char* name, const std::string& value) {
+    text += std::string("  ") + name + ": " + value + "\n";
+  }
+};
+
+template <typename Options>
+std::string OptionsText(const char* section, const Options& options) {
+  OptionLines lines;
+  Options::VisitFields(options, lines);
+  return std::string("\n") + section + ":\n" + lines.text;
+}
+
+std::string SigmaComment(const char* format, double sigma) {
+  return sigma > 0 ? "  # +- " + Format(format, sigma) : "";
+}
+
+std::string CameraText(const Calibration& c) {
+  const Camera& camera = c.config.camera;
+  const double focal = c.sigma(kLogFocal);
+  std::string out = "\ncamera:\n  width: " + std::to_string(camera.width) +
+                    "\n  height: " + std::to_string(camera.height) + "\n";
+  out += "  fx: " + Number(camera.fx) + SigmaComment("%.3g", focal * camera.fx) + "\n";
+  out += "  fy: " + Number(camera.fy) + SigmaComment("%.3g", focal * camera.fy) + "\n";
+  out += "  cx: " + Number(camera.cx) + SigmaComment("%.3g", c.sigma(kCentreX)) + "\n";
+  out += "  cy: " + Number(camera.cy) + SigmaComment("%.3g", c.sigma(kCentreY)) + "\n";
+  const bool equidistant = camera.lens == LensModel::kEquidistant;
+  out += std::string("  distortion_model: ") + (equidistant ? "equidistant" : "radtan") + "\n";
+  out += "  distortion: " + List(DistortionCoefficients(camera));
+  std::string sigmas;
+  for (int i = kFirstDistortion; i < LensSize(camera); ++i) sigmas += Format(" %.2g", c.sigma(i));
+  return out + "  # +-" + sigmas + "\n";
+}
+
+std::string MountText(const Calibration& c) {
+  const int first = LayoutOf(c.given).mount();
+  const Pose& pose = c.config.cam_from_body;
+  return "\ncam_from_body:\n  quaternion_xyzw: " + List(pose.params.head<4>()) +
+         Format("  # +- %.2g %.2g %.2g rad", c.sigma(first), c.sigma(first + 1),
+                c.sigma(first + 2)) +
+         "\n  translation_m: " + List(pose.translation()) +
+         Format("  # +- %.2g %.2g %.2g", c.sigma(first + 3), c.sigma(first + 4),
+                c.sigma(first + 5)) +
+         "\n";
+}
+
+std::string MapText(const Calibration& c) {
+  const CalibrationLayout layout = LayoutOf(c.given);
+  std::string out = "\ntag_map:\n  family: " + c.config.map.family() + "\n  tags:\n";
+  for (int i = 0; i < layout.n_tags; ++i) {
+    const Tag& tag = c.config.map.tags()[static_cast<size_t>(i)];
+    const int first = layout.tag(i) + 3;
+    out += "    - {id: " + std::to_string(tag.id) + ", size_m: " + Number(tag.size_m) +
+           ", position_m: " + List(tag.world_from_tag.translation()) +
+           ", quaternion_xyzw: " + List(tag.world_from_tag.params.head<4>()) + "}";
+    if (c.sigma(first) > 0) {
+      out += Format("  # +- %.1f %.1f %.1f mm", 1e3 * c.sigma(first), 1e3 * c.sigma(first + 1),
+                    1e3 * c.sigma(first + 2));
+    } else {
+      out += "  # as configured";
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string FormatCalibrationConfig(const Calibration& c) {
+  std::string out =
+      "# Refined by tagtwist_estimate --calibrate; +- is one standard deviation, 0 "
+      "where a value was held.\n";
+  for (const std::string& line : CalibrationText(c)) out += "# " + line + "\n";
+  out += CameraText(c) + MountText(c) + MapText(c);
+  out += OptionsText("detector", c.config.front_end.detector);
+  out += OptionsText("klt", c.config.front_end.klt);
+  out += OptionsText("closed_form", c.config.front_end.closed_form);
+  out += OptionsText("estimator", c.config.estimator);
+  out += OptionsText("calibration", c.config.calibration);
+  return out;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,133 @@
+#include "estimator/calibration_solver.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "estimator/calibration_normals.h"
+#include "frontend/types/so3.h"
+
+namespace tagtwist {
+namespace {
+
+std::vector<int> FreeEntries(const Eigen::VectorXd& sigmas) {
+  std::vector<int> out;
+  for (Eigen::Index i = 0; i < sigmas.size(); ++i) {
+    if (sigmas(i) > 0) out.push_back(static_cast<int>(i));
+  }
+  return out;
+}
+
+// The step of the shared parameters, full layout.
+Eigen::VectorXd SharedStep(const CalibrationNormals& normals, const std::vector<int>& free,
+                           double damping) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(normals.gradient.size());
+  if (free.empty()) return out;
+  Eigen::MatrixXd damped = normals.information(free, free);
+  damped.diagonal() *= 1 + damping;
+  const Eigen::VectorXd gradient = normals.gradient(free);
+  const Eigen::VectorXd step = damped.llt().solve(gradient);
+  out(free) = -step;
+  return out;
+}
+
+std::vector<CalibrationFrame> MoveFrames(std::vector<CalibrationFrame> frames,
+                                         const CalibrationNormals& normals,
+                                         const Eigen::VectorXd& shared_step) {
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const EliminatedFrame& eliminated = normals.frames[i];
+    const Eigen::VectorXd of_frame = shared_step(eliminated.columns);
+    const Eigen::Matrix<double, 6, 1> step = -(eliminated.offset + eliminated.by_shared * of_frame);
+    Pose& pose = frames[i].world_from_cam;
+    pose = MakePose(pose.rotation() * ExpSo3(step.head<3>()), pose.translation() + step.tail<3>());
+  }
+  return frames;
+}
+
+Eigen::MatrixXd SharedCovariance(const CalibrationNormals& normals, const std::vector<int>& free) {
+  const Eigen::Index n = normals.gradient.size();
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, n);
+  if (free.empty()) return out;
+  const Eigen::MatrixXd information = normals.information(free, free);
+  const auto size = static_cast<Eigen::Index>(free.size());
+  const Eigen::MatrixXd inverse = information.llt().solve(Eigen::MatrixXd::Identity(size, size));
+  out(free, free) = inverse;
+  return out;
+}
+
+// The factor that a standard deviation is wrong by.
+double Correction(double squares, double redundancy) {
+  if (!(redundancy > 1)) return 1;
+  return std::clamp(std::sqrt(squares / redundancy), 0.1, 10.0);
+}
+
+}  // namespace
+
+CalibrationSolution SolveCalibration(const CalibrationProblem& problem,
+                                     const CalibrationState& start, const CalibrationNoise& noise) {
+  constexpr int kMaxIterations = 50;
+  constexpr double kTolerance = 1e-5;  // gain in half squares that ends the search
+  const std::vector<int> free = FreeEntries(problem.prior_sigmas);
+  CalibrationSolution out;
+  out.state = start;
+  out.frames = problem.frames;
+  out.noise = noise;
+  double damping = 1e-6;
+  auto normals = LinearizeCalibration(problem, out.state, out.frames, noise, damping);
+  out.usable = normals.ok;
+  for (; out.usable && out.iterations < kMaxIterations && damping < 1e9; ++out.iterations) {
+    const Eigen::VectorXd step = SharedStep(normals, free, damping);
+    CalibrationState state = Perturb(out.state, step);
+    std::vector<CalibrationFrame> frames = MoveFrames(out.frames, normals, step);
+    auto moved = LinearizeCalibration(problem, state, frames, noise, 0.1 * damping);
+    if (!(moved.ok && moved.cost <= normals.cost)) {
+      damping = std::max(1e-3, 10 * damping);
+      normals = LinearizeCalibration(problem, out.state, out.frames, noise, damping);
+      continue;
+    }
+    const double gain = normals.cost - moved.cost;
+    out.state = std::move(state);
+    out.frames = std::move(frames);
+    normals = std::move(moved);
+    damping *= 0.1;
+    if (gain <= kTolerance) break;
+  }
+  if (!out.usable) return out;
+  out.cost = normals.cost;
+  return out;
+}
+
+CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
+                                       const CalibrationState& start,
+                                       const CalibrationNoise& initial, bool learn_corners) {
+  constexpr int kMaxRounds = 12;
+  constexpr double kEnough = 0.01, kMinCornerPx = 1e-3, kMinTruth = 1e-5;
+  CalibrationProblem weighted = problem;
+  CalibrationNoise noise = initial;
+  SetCornerNoise(noise.corner_sigma_px, &weighted.frames);
+  CalibrationSolution out = SolveCalibration(weighted, start, noise);
+  for (int round = 0; out.usable; ++round) {
+    const auto normals = LinearizeCalibration(weighted, out.state, out.frames, noise, 0);
+    out.covariance = SharedCovariance(normals, FreeEntries(problem.prior_sigmas));
+    const NoiseSums sums =
+        SumNoise(weighted, out.state, out.frames, noise, normals, out.covariance);
+    const double corner = learn_corners ? Correction(sums.corner, sums.corner_redundancy) : 1;
+    const double position = Correction(sums.truth_position, sums.truth_position_redundancy);
+    const double rotation = Correction(sums.truth_rotation, sums.truth_rotation_redundancy);
+    noise.corner_sigma_px = std::max(kMinCornerPx, corner * noise.corner_sigma_px);
+    noise.truth_position_sigma_m = std::max(kMinTruth, position * noise.truth_position_sigma_m);
+    noise.truth_rotation_sigma_rad = std::max(kMinTruth, rotation * noise.truth_rotation_sigma_rad);
+    const double change = std::max(
+        {std::abs(std::log(corner)), std::abs(std::log(position)), std::abs(std::log(rotation))});
+    const bool enough = change < kEnough || noise.corner_sigma_px <= kMinCornerPx;
+    if (enough || round == kMaxRounds) break;
+    weighted.frames = std::move(out.frames);
+    SetCornerNoise(noise.corner_sigma_px, &weighted.frames);
+    const CalibrationState at = out.state;
+    out = SolveCalibration(weighted, at, noise);
+  }
+  return out;
+}
+
+}  // namespace tagtwist

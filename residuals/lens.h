@@ -1,0 +1,31 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "frontend/types/camera.h"
+
+namespace tagtwist {
+
+/// Error state of a lens, LensSize() entries: [log focal length (both), log fy/fx, cx [px], cy
+/// [px], distortion coefficients in the order of the configuration].
+enum LensEntry { kLogFocal = 0, kLogAspect, kCentreX, kCentreY, kFirstDistortion };
+
+/// Names of the lens model's coefficients, "k1", ..., in the order of the configuration.
+std::vector<std::string> DistortionNames(Camera camera);
+/// Their values.
+Eigen::VectorXd DistortionCoefficients(Camera camera);
+
+int LensSize(const Camera& camera);
+
+/// camera [+] step: focal lengths scaled by the exponentials, the rest added.
+Camera PerturbLens(const Camera& camera, const Eigen::VectorXd& step);
+/// The inverse: the step from `reference` to `camera`, of one model.
+Eigen::VectorXd LensDifference(const Camera& camera, const Camera& reference);
+
+/// Derivative [px] of the pixel of a point that projects, 2 x LensSize. Distortion by central
+/// differences, exact to rounding for coefficients that pixels are linear in (all but k4..k6 of the
+/// rational model).
+Eigen::Matrix2Xd PixelByLens(const Camera& camera, const Eigen::Vector3d& point_in_cam);
+
+}  // namespace tagtwist

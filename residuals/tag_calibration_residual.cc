@@ -1,0 +1,52 @@
+#include "residuals/tag_calibration_residual.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "frontend/types/so3.h"
+#include "residuals/lens.h"
+
+namespace tagtwist {
+
+Eigen::Matrix<double, 8, 8> CornerWhitener(const Eigen::Matrix<double, 8, 8>& covariance) {
+  return covariance.inverse().llt().matrixU();
+}
+
+bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
+                            const Pose& world_from_cam,
+                            const std::array<Eigen::Vector2d, 4>& pixels,
+                            const Eigen::Matrix<double, 8, 8>& whitener,
+                            TagCalibrationResidual* out, bool shared) {
+  const Eigen::Matrix3d cam_from_world = world_from_cam.rotation().toRotationMatrix().transpose();
+  const Eigen::Matrix3d tag_rotation = tag.world_from_tag.rotation().toRotationMatrix();
+  const std::array<Eigen::Vector3d, 4> corners = TagCornersInWorld(tag);
+  out->by_lens.resize(8, LensSize(camera));
+  for (int i = 0; i < 4; ++i) {
+    const auto c = static_cast<size_t>(i);
+    const Eigen::Vector3d in_world = scale * corners[c];
+    const Eigen::Vector3d in_cam = cam_from_world * (in_world - world_from_cam.translation());
+    Eigen::Vector2d predicted;
+    Eigen::Matrix<double, 2, 3> by_point;
+    if (!camera.Project(in_cam, &predicted, &by_point)) return false;
+    const Eigen::Matrix<double, 2, 3> by_world = by_point * cam_from_world;
+    out->residual.segment<2>(2 * i) = predicted - pixels[c];
+    out->by_cam.middleRows<2>(2 * i) << by_point * Hat(in_cam), -by_world;
+    if (!shared) continue;
+    const Eigen::Vector3d in_tag =
+        tag_rotation.transpose() * (corners[c] - tag.world_from_tag.translation());
+    out->by_tag.middleRows<2>(2 * i) << -scale * by_world * tag_rotation * Hat(in_tag),
+        scale * by_world;
+    out->by_log_scale.segment<2>(2 * i) = by_world * in_world;
+    out->by_lens.middleRows<2>(2 * i) = PixelByLens(camera, in_cam);
+  }
+  const auto upper = whitener.triangularView<Eigen::Upper>();
+  out->residual = upper * out->residual;
+  out->by_cam = upper * out->by_cam;
+  if (!shared) return true;
+  out->by_tag = upper * out->by_tag;
+  out->by_log_scale = upper * out->by_log_scale;
+  out->by_lens = upper * out->by_lens;
+  return true;
+}
+
+}  // namespace tagtwist

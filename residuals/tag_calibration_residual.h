@@ -1,0 +1,32 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+
+#include "frontend/types/camera.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// A tag's reprojection with everything it depends on free, 8x1, corner after corner:
+///   r = W (u - pixels),   u_i = Project(cam_from_world * (scale * (world_from_tag * corner_i))).
+/// `scale` is that of the print: it stretches the whole map, sizes and positions alike.
+struct TagCalibrationResidual {
+  Eigen::Matrix<double, 8, 1> residual;
+  Eigen::Matrix<double, 8, 6> by_cam;  // world_from_cam, tangent of pose.h
+  Eigen::Matrix<double, 8, 6> by_tag;  // world_from_tag, tangent of pose.h
+  Eigen::Matrix<double, 8, 1> by_log_scale;
+  Eigen::Matrix<double, 8, Eigen::Dynamic> by_lens;  // entries of lens.h
+};
+
+/// The W of above, upper triangular: W'W = inverse of the covariance of the pixels [px^2].
+Eigen::Matrix<double, 8, 8> CornerWhitener(const Eigen::Matrix<double, 8, 8>& covariance);
+
+/// Linearised at the arguments; without `shared` only by the camera's pose. False when a corner
+/// lies behind the camera.
+bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
+                            const Pose& world_from_cam,
+                            const std::array<Eigen::Vector2d, 4>& pixels,
+                            const Eigen::Matrix<double, 8, 8>& whitener,
+                            TagCalibrationResidual* out, bool shared = true);
+
+}  // namespace tagtwist

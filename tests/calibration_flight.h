@@ -1,0 +1,41 @@
+#pragma once
+#include <vector>
+
+#include "estimator/calibration_problem.h"
+#include "estimator/config.h"
+#include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
+
+namespace tagtwist {
+
+/// How the body moves over the mat.
+enum class CalibrationMotion {
+  kFree,            // turns about all axes, climbs and sinks
+  kNoRotation,      // upright, its heading fixed
+  kConstantHeight,  // turns about the vertical alone, at one height
+};
+
+struct CalibrationFlightOptions {
+  CalibrationMotion motion = CalibrationMotion::kFree;
+  bool errors = true;         // false: the configuration is right, but for the tags
+  int rows = 7, columns = 6;  // of the mat; as the course's otherwise
+  int frames = 300;
+  double rate_hz = 25;
+  double corner_sigma_px = 0.15;
+  double truth_position_sigma_m = 0.0005, truth_rotation_sigma_rad = 0.001;
+  double tag_position_sigma_m = 0.005, tag_rotation_sigma_rad = 0.01;  // an axis
+  unsigned seed = 1;
+};
+
+/// A flight by a set-up that is not as configured: focal length, principal point, two distortion
+/// terms, mount, print scale, clock, and every tag. Corners and ground truth with Gaussian noise.
+struct CalibrationFlight {
+  Config config;  // what is believed; the tags' priors are what they were drawn from
+  CalibrationState truth;
+  std::vector<FrameMeasurements> measurements;
+  std::vector<TruthSample> ground_truth;  // at 200 Hz
+};
+
+CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options);
+
+}  // namespace tagtwist

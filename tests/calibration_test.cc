@@ -1,0 +1,182 @@
+#include "estimator/calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "estimator/calibration_config.h"
+#include "estimator/calibration_text.h"
+#include "estimator/chi_square.h"
+#include "frontend/data_source.h"
+#include "residuals/lens.h"
+#include "tests/calibration_flight.h"
+#include "tests/test_files.h"
+
+namespace tagtwist {
+namespace {
+
+bool Says(const std::vector<std::string>& lines, const std::string& part) {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(part) != std::string::npos; });
+}
+
+double Gain(const Calibration& calibration, CalibrationGroup group) {
+  for (const GroupVerdict& verdict : calibration.validation.verdicts) {
+    if (verdict.group == group) return verdict.applied ? verdict.gain : 0;
+  }
+  return 0;
+}
+
+CalibrationFlightOptions ShortFlight() {
+  CalibrationFlightOptions options;
+  options.frames = 120;
+  options.rate_hz = 10;
+  return options;
+}
+
+TEST(Calibration, RecoversEverythingAtOnceWithinItsSigmas) {
+  const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
+  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  ASSERT_TRUE(result) << result.error().message;
+  for (const CalibrationGroup group : kAllCalibrationGroups) {
+    EXPECT_GT(Gain(*result, group), 0) << ToString(group);
+  }
+  const Eigen::VectorXd error = Difference(result->refined, flight.truth);
+  const CalibrationLayout layout = LayoutOf(flight.truth);
+  for (int i = 0; i < layout.tag(0); ++i) {
+    if (!(result->prior_sigmas(i) > 0)) continue;
+    const std::string& name = result->parameters[static_cast<size_t>(i)].name;
+    EXPECT_LT(std::abs(error(i)), 3.5 * result->sigma(i)) << name;
+  }
+  EXPECT_LT(result->sigma(kLogFocal), 0.001);
+  EXPECT_LT(result->sigma(layout.clock()), 0.0005);
+  EXPECT_NEAR(result->noise.corner_sigma_px, 0.15, 0.01);
+  EXPECT_NEAR(result->noise.truth_position_sigma_m, 0.0005, 0.0001);
+  EXPECT_NEAR(result->noise.truth_rotation_sigma_rad, 0.001, 0.0002);
+}
+
+TEST(Calibration, ErrorsOverCovarianceAreChiSquare) {
+  double nees = 0;
+  int dof = 0;
+  for (const unsigned seed : {2U, 3U, 4U}) {
+    CalibrationFlightOptions options = ShortFlight();
+    options.seed = seed;
+    const CalibrationFlight flight = DrawCalibrationFlight(options);
+    const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+    ASSERT_TRUE(result) << result.error().message;
+    std::vector<int> free;
+    for (Eigen::Index i = 0; i < result->prior_sigmas.size(); ++i) {
+      if (result->prior_sigmas(i) > 0) free.push_back(static_cast<int>(i));
+    }
+    const Eigen::VectorXd error = Difference(result->refined, flight.truth)(free);
+    const Eigen::MatrixXd covariance = result->covariance(free, free);
+    nees += error.dot(covariance.ldlt().solve(error));
+    dof += static_cast<int>(free.size());
+  }
+  const auto [low, high] = MeanChiSquareBand(dof, 1);
+  EXPECT_GT(nees, low);
+  EXPECT_LT(nees, high);
+}
+
+TEST(Calibration, WhatDoesNotHelpUnseenFramesIsNotApplied) {
+  CalibrationFlightOptions options = ShortFlight();
+  options.errors = false;
+  options.tag_position_sigma_m = 0;
+  options.tag_rotation_sigma_rad = 0;
+  CalibrationFlight flight = DrawCalibrationFlight(options);
+  flight.config.calibration = CalibrationOptions();
+  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_TRUE(result->validation.applied().empty());
+  EXPECT_EQ(result->change.norm(), 0);
+  EXPECT_EQ(result->refined.camera.fx, flight.config.camera.fx);
+  EXPECT_TRUE(Says(CalibrationText(*result), "tag poses and print scale: not applied"));
+}
+
+TEST(Calibration, WithoutTruthTheMapsShapeAndTheLensAreFound) {
+  const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
+  const auto result = Calibrate(flight.config, flight.measurements, {});
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_NEAR(result->change(kLogFocal), 0.01, 3.5 * result->sigma(kLogFocal));
+  const CalibrationLayout layout = LayoutOf(flight.truth);
+  EXPECT_EQ(result->change.segment(layout.scale(), 14).norm(), 0);  // scale, mount, world, clock
+  ASSERT_GE(result->unseen.size(), 6u);
+  for (size_t i = 0; i < 6; ++i) {
+    const UnseenDirection& direction = result->unseen[i];
+    ASSERT_FALSE(direction.parts.empty());
+    EXPECT_EQ(direction.parts[0].kind, "the map as a whole");
+    EXPECT_GT(direction.parts[0].share, 0.9);
+  }
+  const std::vector<std::string> text = CalibrationText(*result);
+  EXPECT_TRUE(Says(text, "the configured K belongs to another camera"));
+  EXPECT_TRUE(Says(text, "above where the map has it"));
+  EXPECT_LT(result->validation.refined.corner_sigma_px, 0.16);
+  EXPECT_GT(result->validation.given.corner_sigma_px, 0.4);
+}
+
+TEST(Calibration, ConfigurationReadsBack) {
+  CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
+  flight.config.estimator.window_frames = 17;
+  flight.config.estimator.corner_sigma_px = 0.15;
+  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  ASSERT_TRUE(result) << result.error().message;
+  const TempFolder folder;
+  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result));
+  const auto config = LoadConfig(folder / "calibration.yaml");
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(LensDifference(config->camera, result->config.camera).norm(), 0);
+  EXPECT_NE(config->camera.fx, flight.config.camera.fx);
+  EXPECT_EQ(config->cam_from_body.params, result->config.cam_from_body.params);
+  ASSERT_EQ(config->map.tags().size(), result->config.map.tags().size());
+  for (size_t i = 0; i < config->map.tags().size(); ++i) {
+    const Tag &read = config->map.tags()[i], &written = result->config.map.tags()[i];
+    EXPECT_EQ(read.id, written.id);
+    EXPECT_EQ(read.size_m, written.size_m);
+    EXPECT_LT((read.world_from_tag.params - written.world_from_tag.params).norm(), 1e-15);
+  }
+  EXPECT_EQ(config->estimator.window_frames, 17);
+  EXPECT_EQ(config->estimator.corner_sigma_px, 0.15);
+  EXPECT_FALSE(config->estimator.accel_psd);
+}
+
+TEST(Calibration, TooFewFramesAreRefused) {
+  CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
+  flight.measurements.resize(12);
+  const auto result = Calibrate(flight.config, flight.measurements, {});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().message, "a calibration needs 20 frames with tags, got 12");
+}
+
+// A hand-held camera over 81 tags whose map was measured as flat; every fourth frame.
+TEST(RealDataCalibration, MapOfTheFloorMatHoldsForFramesNotFittedTo) {
+  const std::filesystem::path folder =
+      std::filesystem::path(TAGTWIST_REAL_DATA_DIR) / "umd-floor-mat";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no real data at " << folder;
+  const auto config =
+      LoadConfig(std::string(TAGTWIST_SOURCE_DIR) + "/tests/configs/umd_floor_mat.yaml");
+  ASSERT_TRUE(config) << config.error().message;
+  auto source = OpenDataSource(folder, {true, false, {}});
+  ASSERT_TRUE(source) << source.error().message;
+  std::vector<FrameMeasurements> measurements;
+  for (int i = 0;; ++i) {
+    auto frame = (*source)->Next();
+    ASSERT_TRUE(frame) << frame.error().message;
+    if (!*frame) break;
+    if (i % 4 != 0) continue;
+    measurements.push_back({});
+    measurements.back().t_ns = (*frame)->t_ns;
+    measurements.back().tags = (*frame)->detections;
+  }
+  const auto result = Calibrate(*config, measurements, {});
+  ASSERT_TRUE(result) << result.error().message;
+  const CalibrationValidation& validation = result->validation;
+  RecordProperty("given_sigma_px", std::to_string(validation.given.corner_sigma_px));
+  RecordProperty("refined_sigma_px", std::to_string(validation.refined.corner_sigma_px));
+  EXPECT_GT(validation.given.corner_sigma_px, 0.35);
+  EXPECT_LT(validation.refined.corner_sigma_px, 0.16);
+  EXPECT_TRUE(Says(CalibrationText(*result), "correlation"));
+}
+
+}  // namespace
+}  // namespace tagtwist
