@@ -110,9 +110,7 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
     if (!output) return output.error();
     estimate.times.optimise_ms.push_back(watch.ElapsedMs());
     estimate.times.frame_ms.back() += watch.ElapsedMs();
-    // Frames before the first tag have no state, at the window's lag neither.
-    if (output->current.status == FrameStatus::kNoFix) estimate.lagged.push_back(output->current);
-    if (output->lagged) estimate.lagged.push_back(std::move(*output->lagged));
+    for (FrameEstimate& left : output->lagged) estimate.lagged.push_back(std::move(left));
     estimate.frames.push_back(std::move(output->current));
     estimate.reprojection_px.insert(estimate.reprojection_px.end(), output->reprojection_px.begin(),
                                     output->reprojection_px.end());

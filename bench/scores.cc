@@ -82,8 +82,7 @@ Result<RunScores> ScoreRun(const EstimatorSetup& setup, const BenchRun& run) {
   for (const FrameMeasurements& m : run.measurements) {
     auto output = window.Add(m);
     if (!output) return output.error();
-    if (output->current.status == FrameStatus::kNoFix) lagged.push_back(output->current);
-    if (output->lagged) lagged.push_back(std::move(*output->lagged));
+    for (FrameEstimate& left : output->lagged) lagged.push_back(std::move(left));
     current.push_back(std::move(output->current));
   }
   for (FrameEstimate& frame : window.Finish()) lagged.push_back(std::move(frame));

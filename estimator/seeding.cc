@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/pose_path.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -29,24 +30,21 @@ Twist TwistBetween(const GraphFrame& a, const GraphFrame& b) {
 std::vector<size_t> SeedPoses(const EstimatorSetup& setup,
                               const std::vector<FrameMeasurements>& measurements,
                               std::vector<GraphFrame>* frames) {
-  std::vector<PoseSeed> seeds;
-  std::optional<Pose>
-      expected;  // of the last frame that left no choice, or of the first one to come
+  std::vector<PoseChoice> choices;
+  choices.reserve(measurements.size());
   for (const FrameMeasurements& m : measurements) {
-    seeds.push_back(SeedPose(m.tags, setup.map, setup.camera, setup.cam_from_body));
-    const PoseSeed& seed = seeds.back();
-    if (!expected && seed.status == PoseSeedStatus::kOk && seed.alternatives.empty()) {
-      expected = seed.world_from_body;
-    }
+    const PoseSeed seed = SeedPose(m.tags, setup.map, setup.camera, setup.cam_from_body);
+    choices.push_back({m.t_ns, AgreeingTags(m.tags, seed), {}});
+    if (seed.status != PoseSeedStatus::kOk) continue;
+    choices.back().poses = seed.alternatives;
+    choices.back().poses.insert(choices.back().poses.begin(), seed.world_from_body);
   }
+  const std::vector<std::optional<Pose>> path = LikeliestPath(setup, choices);
   std::vector<size_t> known;
-  for (size_t i = 0; i < measurements.size(); ++i) {
-    GraphFrame& frame = (*frames)[i];
-    const auto pose = ChoosePose(seeds[i], expected ? &*expected : nullptr);
-    if (!pose) continue;
-    frame.state.world_from_body = *pose;
-    frame.tags = AgreeingTags(measurements[i].tags, seeds[i]);
-    expected = *pose;
+  for (size_t i = 0; i < path.size(); ++i) {
+    if (!path[i]) continue;
+    (*frames)[i].state.world_from_body = *path[i];
+    (*frames)[i].tags = std::move(choices[i].tags);
     known.push_back(i);
   }
   return known;

@@ -19,9 +19,9 @@ std::optional<Pose> ChoosePose(const PoseSeed& seed, const Pose* expected);
 std::vector<TagDetection> AgreeingTags(const std::vector<TagDetection>& tags, const PoseSeed& seed);
 
 /// Seeds of a whole recording. Frames with tags: the pose that most tags agree on, minima told
-/// apart by the neighbours; other frames: between their neighbours, the first and last ones at
-/// rest. Twists: the closed form's (RANSAC), or the difference of neighbouring poses. Errors when
-/// no frame has a usable tag.
+/// apart by the likeliest path through all (LikeliestPath); other frames: between their neighbours,
+/// the first and last ones at rest. Twists: the closed form's (RANSAC), or the difference of
+/// neighbouring poses. Errors when no frame has a usable tag.
 Result<std::vector<GraphFrame>> SeedFrames(const EstimatorSetup& setup,
                                            const std::vector<FrameMeasurements>& measurements);
 

@@ -1,11 +1,12 @@
 #include "estimator/sliding_window.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include "estimator/bound.h"
-#include "estimator/marginalisation.h"
-#include "estimator/seeding.h"
+#include "estimator/mirror.h"
 
 namespace tagtwist {
 namespace {
@@ -13,12 +14,21 @@ namespace {
 // Weight that a frame's noise statistics keep from one frame to the next: about 300 frames count.
 constexpr double kFade = 1.0 - 1.0 / 300;
 
-double MedianError(const EstimatorSetup& setup, const GraphFrame& frame) {
-  std::vector<double> errors = ReprojectionErrors(setup, frame);
-  if (errors.empty()) return 1e9;
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
-                   errors.end());
-  return errors[errors.size() / 2];
+FrameEstimate WithoutState(const FrameMeasurements& measurement) {
+  FrameEstimate out;
+  out.t_ns = measurement.t_ns;
+  out.closed_form = measurement.closed_form;
+  out.n_tracks = static_cast<int>(measurement.tracks.size());
+  return out;
+}
+
+// Rows and columns of (theta, omega) and of (p, v) scaled.
+void Inflate(const PredictionCheck::Inflation& by, StateCovariance* covariance) {
+  StateVector scale;
+  scale.segment<3>(0).setConstant(std::sqrt(by.angular));
+  scale.segment<6>(3).setConstant(std::sqrt(by.linear));
+  scale.segment<3>(9).setConstant(std::sqrt(by.angular));
+  *covariance = scale.asDiagonal() * *covariance * scale.asDiagonal();
 }
 
 }  // namespace
@@ -28,139 +38,224 @@ SlidingWindow::SlidingWindow(EstimatorSetup setup)
       noise_(InitialNoise(setup_.options)),
       segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
 
-std::optional<GraphFrame> SlidingWindow::MakeFrame(const FrameMeasurements& measurement) const {
+Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
+  // Fewer frames know too little of the motion to exclude a pose.
+  constexpr size_t kFramesToRelyOn = 5;
+  WindowOutput out;
+  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
+  std::optional<StateAndCovariance> predicted;
+  if (seen_.size() >= kFramesToRelyOn) predicted = PredictAt(measurement.t_ns);
+  const GraphFrame* last = hypotheses_.empty() ? nullptr : &hypotheses_[0].input.frames.back();
+  FrameStarts starts = StartFrame(setup_, noise_, measurement, last, predicted);
+  if (MustStartAnew(starts.excluded, measurement)) {
+    out.lagged = EstimatesOfAll();
+    Forget(seen_.size());
+    hypotheses_.clear();
+    mirror_is_open_ = true;
+    mirror_cost_of_left_ = 0;
+    starts = StartFrame(setup_, noise_, measurement, nullptr, std::nullopt);
+  }
+  if (starts.starts.empty()) {
+    segmenter_.DropBefore(++first_frame_);
+    out.current = WithoutState(measurement);
+    out.lagged.push_back(out.current);
+    return out;
+  }
+  AddFrame(measurement, starts);
+  if (const auto solved = SolveAll(); !solved) return solved.error();
+  LookIntoTheMirror();
+  const int newest = static_cast<int>(seen_.size()) - 1;
+  out.current = EstimateOf(newest);
+  if (out.current.status != FrameStatus::kNoFix) {
+    out.reprojection_px = ReprojectionErrors(setup_, hypotheses_[0].input.frames.back());
+  }
+  if (newest + 1 == setup_.options.window_frames) {
+    out.lagged.push_back(EstimateOf(0));
+    LetTheOldestLeave();
+  }
+  return out;
+}
+
+bool SlidingWindow::MustStartAnew(const std::optional<Pose>& excluded,
+                                  const FrameMeasurements& measurement) {
+  constexpr size_t kFrames = 3;
+  if (!excluded) {
+    if (!measurement.tags.empty()) set_aside_.clear();
+    return false;
+  }
   GraphFrame frame;
   frame.t_ns = measurement.t_ns;
-  const bool first = input_.frames.empty();
-  if (!first) {
-    const GraphFrame& last = input_.frames.back();
-    frame.state = Predict(last.state, ToSeconds(frame.t_ns - last.t_ns));
-    frame.acceleration = last.acceleration;
-  } else if (measurement.closed_form.twist_ransac) {
-    frame.state.twist = *measurement.closed_form.twist_ransac;
+  frame.state.world_from_body = *excluded;
+  if (!set_aside_.empty()) {
+    const GraphFrame& before = set_aside_.back();
+    const double dt_s = ToSeconds(frame.t_ns - before.t_ns);
+    if (!IsWithinReach(before.state.world_from_body, *excluded, dt_s)) set_aside_.clear();
   }
-  const PoseSeed seed = SeedPose(measurement.tags, setup_.map, setup_.camera, setup_.cam_from_body);
-  frame.tags = AgreeingTags(measurement.tags, seed);
-  const auto pose = ChoosePose(seed, first ? nullptr : &frame.state.world_from_body);
-  if (first && !pose) return std::nullopt;
-  if (pose) {
-    // The prediction is the better start while it is near; after a gap the tags are.
-    constexpr double kFarPx = 5.0;
-    if (first || !(MedianError(setup_, frame) < kFarPx)) frame.state.world_from_body = *pose;
-  }
-  return frame;
+  set_aside_.push_back(std::move(frame));
+  if (set_aside_.size() < kFrames) return false;
+  set_aside_.clear();
+  return true;
 }
 
-Status SlidingWindow::SolveWindow() {
-  input_.segments = segmenter_.segments();
+void SlidingWindow::AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts) {
+  seen_.push_back(
+      {measurement.closed_form, static_cast<int>(measurement.tracks.size()), measurement.tags});
+  if (hypotheses_.size() > 1) {  // each goes on by itself
+    for (WindowHypothesis& hypothesis : hypotheses_) {
+      std::vector<GraphFrame>& frames = hypothesis.input.frames;
+      const FrameStarts own = StartFrame(setup_, noise_, measurement, &frames.back(), std::nullopt);
+      frames.push_back(own.starts.front());
+    }
+    return;
+  }
+  constexpr size_t kMost = 3;
+  const WindowHypothesis before = hypotheses_.empty() ? WindowHypothesis() : hypotheses_.front();
+  hypotheses_.resize(std::min(kMost, starts.starts.size()), before);
+  for (size_t i = 0; i < hypotheses_.size(); ++i) {
+    hypotheses_[i].input.frames.push_back(starts.starts[i]);
+  }
+}
+
+Status SlidingWindow::SolveAll() {
   const SolveOptions options{setup_.options.window_iterations, 1e-6};
-  const bool full = static_cast<int>(input_.frames.size()) == setup_.options.window_frames;
-  const bool learn = full && !has_learned_;
-  auto solution = learn ? SolveAndLearn(setup_, options, &input_, &noise_)
-                        : SolveAndInvert(setup_, noise_, input_, options);
-  if (!solution) return solution.error();
-  has_learned_ = has_learned_ || learn;
-  TakeStates(solution->graph, &input_.frames);
-  solution_ = std::move(*solution);
-  return Ok();
+  const bool full = static_cast<int>(seen_.size()) == setup_.options.window_frames;
+  for (WindowHypothesis& hypothesis : hypotheses_) {
+    hypothesis.input.first_frame = first_frame_;
+    hypothesis.input.segments = segmenter_.segments();
+    if (full && !has_learned_) {  // from the likeliest so far
+      const auto learned = SolveAndLearn(setup_, options, &hypothesis.input, &noise_);
+      if (!learned) return learned.error();
+      has_learned_ = true;
+    }
+    const auto solved = SolveHypothesis(setup_, noise_, options, &hypothesis);
+    if (!solved) return solved;
+  }
+  Prune(&hypotheses_);
+  // Before the noise is known nothing contradicts; nor while it is open who is right.
+  if (!has_learned_ || hypotheses_.size() > 1) return Ok();
+  WindowHypothesis& only = hypotheses_.front();
+  segmenter_.Reject(ContradictedSegments(only.solution.graph, only.input.segments.size()));
+  if (!DropContradicted(&only)) return Ok();
+  only.input.segments = segmenter_.segments();
+  return SolveHypothesis(setup_, noise_, options, &only);
 }
 
-bool SlidingWindow::DropContradicted() {
-  if (!has_learned_) return false;  // the noise is a guess yet
-  segmenter_.Reject(ContradictedSegments(solution_->graph, input_.segments.size()));
-  const std::vector<TagRef> wrong = ContradictedTags(solution_->graph);
-  size_t n_newest = 0;
-  const int newest = static_cast<int>(input_.frames.size()) - 1;
-  for (const TagRef& ref : wrong) n_newest += ref.state == newest ? 1 : 0;
-  // Where most tags of the newest frame disagree, its state is wrong rather than they.
-  if (2 * n_newest > input_.frames.back().tags.size()) return false;
-  DropTags(wrong, &input_.frames);
-  return !wrong.empty();
+void SlidingWindow::LookIntoTheMirror() {
+  if (!mirror_is_open_) return;
+  double cost = mirror_cost_of_left_;
+  mirror_angle_rad_ = 0;
+  for (const GraphFrame& frame : hypotheses_.front().input.frames) {
+    const auto mirror = MirrorOf(setup_, noise_, frame);
+    if (!mirror) continue;
+    cost += mirror->cost;
+    mirror_angle_rad_ = std::max(mirror_angle_rad_, mirror->angle_rad);
+  }
+  mirror_is_open_ = cost < kDecidedCost;
+}
+
+std::optional<StateAndCovariance> SlidingWindow::PredictAt(int64_t t_ns) const {
+  if (hypotheses_.size() != 1) return std::nullopt;
+  const Solution& solution = hypotheses_.front().solution;
+  const int newest = static_cast<int>(seen_.size()) - 1, last = solution.covariance.size() - 1;
+  const Trajectory onward{{solution.graph.states.back()},
+                          {solution.covariance.At(last, last)},
+                          {},
+                          noise_.linear,
+                          noise_.angular};
+  auto out = onward.At(t_ns);
+  const double gap_s =
+      ToSeconds(t_ns - solution.graph.states.back().t_ns) + GapSeconds(hypotheses_.front(), newest);
+  Inflate(prediction_check_.At(gap_s), &out->covariance);
+  return out;
+}
+
+// From a state to the nearest one with tags.
+double SlidingWindow::GapSeconds(const WindowHypothesis& hypothesis, int state) const {
+  const std::vector<GraphFrame>& frames = hypothesis.input.frames;
+  const int64_t t_ns = frames[static_cast<size_t>(state)].t_ns;
+  std::optional<int64_t> gap_ns;
+  if (last_tag_ns_) gap_ns = t_ns - *last_tag_ns_;
+  for (const GraphFrame& frame : frames) {
+    const int64_t distance_ns = std::abs(frame.t_ns - t_ns);
+    if (!frame.tags.empty() && (!gap_ns || distance_ns < *gap_ns)) gap_ns = distance_ns;
+  }
+  return gap_ns ? ToSeconds(*gap_ns) : 0;
 }
 
 FrameEstimate SlidingWindow::EstimateOf(int state) const {
-  const GraphFrame& frame = input_.frames[static_cast<size_t>(state)];
-  FrameEstimate out = ToFrameEstimate(closed_forms_[static_cast<size_t>(state)],
-                                      n_tracks_[static_cast<size_t>(state)], frame,
-                                      BodyCovariance(solution_->covariance, state));
+  const auto k = static_cast<size_t>(state);
+  const WindowHypothesis& likeliest = hypotheses_.front();
+  const GraphFrame& frame = likeliest.input.frames[k];
+  // The last solution may still hold the state that left.
+  const BlockBandedMatrix& covariance = likeliest.solution.covariance;
+  const int in_solution = state + covariance.size() - static_cast<int>(seen_.size());
+  FrameEstimate out = ToFrameEstimate(seen_[k].closed_form, seen_[k].n_tracks, frame,
+                                      BodyCovariance(covariance, in_solution));
   out.pose_bound = PoseBound(setup_, noise_.corner_sigma_px, out.state.world_from_body, frame.tags);
+  if (const double gap_s = GapSeconds(likeliest, state); gap_s > 0) {
+    Inflate(prediction_check_.At(gap_s), &out.covariance);
+  }
+  constexpr double kOpenRad = 0.0873;  // 5 degrees
+  if (mirror_is_open_ && mirror_angle_rad_ > kOpenRad) out.status = FrameStatus::kNoFix;
+  if (hypotheses_.size() > 1) {
+    const StateVector d = Difference(hypotheses_[1].input.frames[k].state, frame.state);
+    if (d.head<3>().norm() > kOpenRad) out.status = FrameStatus::kNoFix;
+    out.covariance += DoubtOf(hypotheses_) * d * d.transpose();
+  }
+  return out;
+}
+
+std::vector<FrameEstimate> SlidingWindow::EstimatesOfAll() const {
+  std::vector<FrameEstimate> out;
+  for (size_t i = 0; i < seen_.size(); ++i) out.push_back(EstimateOf(static_cast<int>(i)));
   return out;
 }
 
 void SlidingWindow::LearnFromLeavingState() {
+  const Solution& solution = hypotheses_.front().solution;
+  if (GapSeconds(hypotheses_.front(), 0) == 0) {
+    prediction_check_.Add(solution.graph.states.front(), solution.covariance.At(0, 0),
+                          noise_.linear, noise_.angular);
+  }
   statistics_ = statistics_ * kFade;
-  statistics_ += ComputeNoiseStatistics(solution_->graph, solution_->covariance, noise_, {0, 1});
+  statistics_ += ComputeNoiseStatistics(solution.graph, solution.covariance, noise_, {0, 1});
   noise_ = UpdateNoise(noise_, statistics_, setup_.options);
 }
 
-void SlidingWindow::MarginalizeOldest() {
-  input_.prior = MarginalizeFirstState(solution_->graph);
-  audit_.Add(setup_, input_.frames.front(), seen_.front());
-  input_.frames.erase(input_.frames.begin());
-  seen_.erase(seen_.begin());
-  closed_forms_.erase(closed_forms_.begin());
-  n_tracks_.erase(n_tracks_.begin());
-  ++input_.first_frame;
-  segmenter_.DropBefore(input_.first_frame);
+void SlidingWindow::LetTheOldestLeave() {
+  LearnFromLeavingState();
+  if (mirror_is_open_) {
+    const auto mirror = MirrorOf(setup_, noise_, hypotheses_.front().input.frames.front());
+    if (mirror) mirror_cost_of_left_ += mirror->cost;
+  }
+  Forget(1);
+  for (WindowHypothesis& hypothesis : hypotheses_) MarginalizeOldest(&hypothesis);
 }
 
-Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
-  WindowOutput out;
-  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
-  const int n_tracks = static_cast<int>(measurement.tracks.size());
-  auto frame = MakeFrame(measurement);
-  if (!frame) {
-    ++input_.first_frame;
-    segmenter_.DropBefore(input_.first_frame);
-    out.current = ToFrameEstimate(measurement.closed_form, n_tracks, {}, StateCovariance::Zero());
-    out.current.t_ns = measurement.t_ns;
-    out.current.status = FrameStatus::kNoFix;
-    return out;
+// The first frames are out of the window; what they saw is taken note of.
+void SlidingWindow::Forget(size_t n_frames) {
+  for (size_t i = 0; i < n_frames; ++i) {
+    const GraphFrame& frame = hypotheses_.front().input.frames[i];
+    audit_.Add(setup_, frame, seen_[i].tags);
+    if (!frame.tags.empty()) last_tag_ns_ = frame.t_ns;
   }
-  input_.frames.push_back(std::move(*frame));
-  seen_.push_back(measurement.tags);
-  closed_forms_.push_back(measurement.closed_form);
-  n_tracks_.push_back(n_tracks);
-  if (const auto solved = SolveWindow(); !solved) return solved.error();
-  if (DropContradicted()) {
-    if (const auto solved = SolveWindow(); !solved) return solved.error();
-  }
-
-  const int newest = static_cast<int>(input_.frames.size()) - 1;
-  out.current = EstimateOf(newest);
-  out.reprojection_px = ReprojectionErrors(setup_, input_.frames.back());
-  if (newest + 1 == setup_.options.window_frames) {
-    out.lagged = EstimateOf(0);
-    LearnFromLeavingState();
-    MarginalizeOldest();
-  }
-  return out;
-}
-
-std::optional<StateAndCovariance> SlidingWindow::PredictAt(int64_t t_ns) const {
-  if (!solution_) return std::nullopt;
-  const int newest = static_cast<int>(solution_->graph.states.size()) - 1;
-  Trajectory trajectory;
-  trajectory.states = {solution_->graph.states.back()};
-  trajectory.covariances = {solution_->covariance.At(newest, newest)};
-  trajectory.linear = noise_.linear;
-  trajectory.angular = noise_.angular;
-  return trajectory.At(t_ns);
+  seen_.erase(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(n_frames));
+  first_frame_ += static_cast<int>(n_frames);
+  segmenter_.DropBefore(first_frame_);
 }
 
 std::vector<FrameEstimate> SlidingWindow::Finish() {
-  std::vector<FrameEstimate> out;
-  if (input_.frames.empty()) return out;
+  if (hypotheses_.empty()) return {};
   // The last step stopped where it was good enough for a new frame; this one may take its time.
-  auto solution =
-      SolveAndInvert(setup_, noise_, input_, SolveOptions{setup_.options.max_iterations});
-  if (!solution) return out;
-  TakeStates(solution->graph, &input_.frames);
-  solution_ = std::move(*solution);
-  for (size_t i = 0; i < input_.frames.size(); ++i) {
-    out.push_back(EstimateOf(static_cast<int>(i)));
-    audit_.Add(setup_, input_.frames[i], seen_[i]);
+  const SolveOptions options{setup_.options.max_iterations};
+  for (WindowHypothesis& hypothesis : hypotheses_) {
+    // An error leaves the last step's solution.
+    static_cast<void>(SolveHypothesis(setup_, noise_, options, &hypothesis));
   }
+  Prune(&hypotheses_);
+  std::vector<FrameEstimate> out = EstimatesOfAll();
+  Forget(seen_.size());
+  hypotheses_.clear();
   return out;
 }
 

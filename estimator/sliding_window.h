@@ -4,12 +4,14 @@
 #include <vector>
 
 #include "estimator/estimate.h"
+#include "estimator/frame_start.h"
 #include "estimator/graph_builder.h"
 #include "estimator/noise_learning.h"
-#include "estimator/smoother.h"
+#include "estimator/prediction_check.h"
 #include "estimator/tag_audit.h"
 #include "estimator/track_segments.h"
 #include "estimator/trajectory.h"
+#include "estimator/window_hypothesis.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist {
@@ -18,45 +20,67 @@ namespace tagtwist {
 struct WindowOutput {
   FrameEstimate current;                // of the new frame, from all that came until now
   std::vector<double> reprojection_px;  // its corners' distances from their predictions
-  std::optional<FrameEstimate> lagged;  // of the frame that leaves the window, smoothed
+  std::vector<FrameEstimate> lagged;    // of the frames that leave the window, smoothed, in order
 };
 
 /// Fixed-lag smoother: the last `window_frames` frames are refined jointly at every new one; the
 /// frame that leaves is marginalised into a prior, never dropped. Until the first tag there is no
 /// state. Noise that is not given is learned when the window first fills and adapts from then on.
+///
+/// While the tags leave two poses open, both are followed (WindowHypothesis); a frame whose
+/// attitude they leave open by more than 5 degrees is kNoFix, and so while the frames since the
+/// start do not tell their states from the mirrored ones (Mirror). Tags that the motion excludes
+/// are set aside; when three frames running say the same of another place, the window starts anew
+/// there. Where tags are missing, covariances grow as predictions over such a time have been found
+/// to err.
 class SlidingWindow {
  public:
   explicit SlidingWindow(EstimatorSetup setup);
 
-  /// Stamps must grow. An error when the problem cannot be solved; the window is then as it was.
+  /// Stamps must grow. After an error, when the problem cannot be solved, no frame may follow.
   Result<WindowOutput> Add(const FrameMeasurements& measurement);
   /// The frames still in the window, smoothed; call at the end.
   std::vector<FrameEstimate> Finish();
   /// State at a stamp after the newest frame's, as the motion prior carries that frame's state on,
-  /// with its covariance; nullopt while there is no state.
+  /// with its covariance; nullopt while there is no state, or a choice of them.
   std::optional<StateAndCovariance> PredictAt(int64_t t_ns) const;
   const NoiseModel& noise() const { return noise_; }
   /// What the frames that left say of tags and map, one line each; after Finish all frames.
   std::vector<std::string> Warnings() const { return audit_.Warnings(); }
 
  private:
-  std::optional<GraphFrame> MakeFrame(const FrameMeasurements& measurement) const;
-  Status SolveWindow();
-  bool DropContradicted();
+  // What the solve does not need of a frame.
+  struct Seen {
+    ClosedForm closed_form;
+    int n_tracks = 0;
+    std::vector<TagDetection> tags;  // all of them
+  };
+
+  bool MustStartAnew(const std::optional<Pose>& excluded, const FrameMeasurements& measurement);
+  void AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts);
+  Status SolveAll();
+  void LookIntoTheMirror();
+  double GapSeconds(const WindowHypothesis& hypothesis, int state) const;
   FrameEstimate EstimateOf(int state) const;
+  std::vector<FrameEstimate> EstimatesOfAll() const;
   void LearnFromLeavingState();
-  void MarginalizeOldest();
+  void LetTheOldestLeave();
+  void Forget(size_t n_frames);
 
   EstimatorSetup setup_;
   NoiseModel noise_;
   TrackSegmenter segmenter_;
-  GraphInput input_;                             // frames in the window, their prior
-  std::vector<ClosedForm> closed_forms_;         // of those frames
-  std::vector<int> n_tracks_;                    // of those frames
-  std::vector<std::vector<TagDetection>> seen_;  // all tags of those frames
-  TagAudit audit_;                               // of the frames that left
-  std::optional<Solution> solution_;             // of the last Add
-  NoiseStatistics statistics_;                   // of the frames that left, fading
+  int first_frame_ = 0;                       // in the window, counted from the first one added
+  std::vector<Seen> seen_;                    // of the frames in the window
+  std::vector<WindowHypothesis> hypotheses_;  // the likeliest first; none before the first tag
+  bool mirror_is_open_ = true;                // since the start
+  double mirror_angle_rad_ = 0;               // the largest of the frames in the window
+  double mirror_cost_of_left_ = 0;            // of the frames that left meanwhile
+  std::vector<GraphFrame> set_aside_;         // the latest frames whose tags the motion excludes
+  std::optional<int64_t> last_tag_ns_;        // of the frames that left
+  TagAudit audit_;                            // of the frames that left
+  PredictionCheck prediction_check_;          // likewise
+  NoiseStatistics statistics_;                // likewise, fading
   bool has_learned_ = false;
 };
 

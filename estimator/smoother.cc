@@ -42,6 +42,7 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
   out.graph = BuildGraph(setup, noise, input);
   const SolveSummary summary = Solve(options, &out.graph);
   if (!summary.usable) return Error{"the solver found no solution: " + summary.message};
+  out.cost = summary.final_cost;
   const BlockBandedCholesky cholesky(Linearize(out.graph).hessian);
   if (!cholesky.ok()) return Error{"the normal equations are not positive definite"};
   out.covariance = cholesky.SelectedInverse();

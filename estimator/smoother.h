@@ -16,6 +16,7 @@ struct Solution {
   /// Of the measurements given the noise, the states integrated out (Laplace), but for a constant
   /// that depends on the measurements alone.
   double log_likelihood = 0;
+  double cost = 0;  // half the sum of squares, robust
 };
 
 /// Builds the graph of the input, solves it, and inverts its normal equations. What batch and

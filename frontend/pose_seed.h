@@ -41,4 +41,10 @@ struct PoseSeed {
 PoseSeed SeedPose(const std::vector<TagDetection>& tags, const TagMap& map, const Camera& camera,
                   const Pose& cam_from_body, const PoseSeedOptions& options = {});
 
+/// The other world_from_body under which tags that lie on one plane look the same from afar: the
+/// rotation mirrored along the line of sight to their centroid, which keeps its place. No
+/// refinement. nullopt without tags, or with tags on several planes. All ids must be in the map.
+std::optional<Pose> MirroredPose(const std::vector<TagDetection>& tags, const TagMap& map,
+                                 const Pose& cam_from_body, const Pose& world_from_body);
+
 }  // namespace tagtwist

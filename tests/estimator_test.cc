@@ -25,7 +25,7 @@ WindowRun RunWindow(const EstimatorSetup& setup,
     auto out = window.Add(m);
     EXPECT_TRUE(out) << out.error().message;
     run.current.push_back(out->current);
-    if (out->lagged) run.lagged.push_back(*out->lagged);
+    run.lagged.insert(run.lagged.end(), out->lagged.begin(), out->lagged.end());
   }
   for (FrameEstimate& e : window.Finish()) run.lagged.push_back(std::move(e));
   return run;

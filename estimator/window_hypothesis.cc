@@ -1,0 +1,95 @@
+#include "estimator/window_hypothesis.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "estimator/linear_system.h"
+#include "estimator/marginalisation.h"
+
+namespace tagtwist {
+namespace {
+
+// Half the sum of squares of a factor at the graph's values, robust.
+double CostOf(const Graph& graph, const Factor& factor) {
+  LinearFactor linear;
+  if (!LinearizeFactor(graph, factor, &linear)) return 0;
+  const double weighted = linear.residual.squaredNorm();  // weight * norm^2
+  if (linear.weight >= 1) return 0.5 * weighted;
+  return weighted - 0.5 * factor.huber_delta * factor.huber_delta;  // delta norm - delta^2 / 2
+}
+
+// Newest states within a standard deviation of one another: two minima that are none.
+bool TellTheSame(const WindowHypothesis& a, const WindowHypothesis& b) {
+  const int newest = static_cast<int>(a.input.frames.size()) - 1;
+  const PoseCovariance p = BodyCovariance(a.solution.covariance, newest).topLeftCorner<6, 6>();
+  const StateVector d = Difference(b.input.frames.back().state, a.input.frames.back().state);
+  return d.head<6>().dot(p.llt().solve(d.head<6>())) < 1;
+}
+
+}  // namespace
+
+Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
+                       const SolveOptions& options, WindowHypothesis* hypothesis) {
+  auto solution = SolveAndInvert(setup, noise, hypothesis->input, options);
+  if (!solution) return solution.error();
+  TakeStates(solution->graph, &hypothesis->input.frames);
+  hypothesis->solution = std::move(*solution);
+  return Ok();
+}
+
+bool DropContradicted(WindowHypothesis* hypothesis) {
+  const std::vector<TagRef> wrong = ContradictedTags(hypothesis->solution.graph);
+  std::vector<GraphFrame>& frames = hypothesis->input.frames;
+  const int newest = static_cast<int>(frames.size()) - 1;
+  const auto n_newest = static_cast<size_t>(std::count_if(
+      wrong.begin(), wrong.end(), [&](const TagRef& ref) { return ref.state == newest; }));
+  if (2 * n_newest > frames.back().tags.size()) return false;
+  DropTags(wrong, &frames);
+  return !wrong.empty();
+}
+
+void MarginalizeOldest(WindowHypothesis* hypothesis) {
+  const Graph& graph = hypothesis->solution.graph;
+  const std::vector<bool> use = UsedByMarginalisation(graph);
+  for (size_t f = 0; f < use.size(); ++f) {
+    if (use[f]) hypothesis->settled_cost += CostOf(graph, graph.factors[f]);
+  }
+  GraphInput& input = hypothesis->input;
+  input.prior = MarginalizeFirstState(graph);
+  if (input.prior) {
+    Eigen::VectorXd offset(input.prior->cost->num_residuals());
+    std::vector<const double*> at;
+    for (const BlockRef& block : input.prior->blocks) {
+      at.push_back(graph.Parameters({block.kind, block.index + 1}));
+    }
+    input.prior->cost->Evaluate(at.data(), offset.data(), nullptr);
+    hypothesis->settled_cost -= 0.5 * offset.squaredNorm();
+  }
+  input.frames.erase(input.frames.begin());
+  ++input.first_frame;
+}
+
+void Prune(std::vector<WindowHypothesis>* hypotheses) {
+  std::stable_sort(
+      hypotheses->begin(), hypotheses->end(),
+      [](const WindowHypothesis& a, const WindowHypothesis& b) { return a.Cost() < b.Cost(); });
+  std::vector<WindowHypothesis> kept;
+  for (WindowHypothesis& hypothesis : *hypotheses) {
+    const bool other = std::none_of(
+        kept.begin(), kept.end(),
+        [&](const WindowHypothesis& likelier) { return TellTheSame(likelier, hypothesis); });
+    if (kept.empty() || (other && hypothesis.Cost() < kept.front().Cost() + kDecidedCost)) {
+      kept.push_back(std::move(hypothesis));
+    }
+  }
+  *hypotheses = std::move(kept);
+}
+
+double DoubtOf(const std::vector<WindowHypothesis>& hypotheses) {
+  if (hypotheses.size() < 2) return 0;
+  return 1 / (1 + std::exp(hypotheses[1].Cost() - hypotheses[0].Cost()));
+}
+
+}  // namespace tagtwist
