@@ -14,7 +14,7 @@ namespace tagtwist {
 enum class FrameStatus {
   kOk,         // tags of its own
   kPredicted,  // no tag: tracks, neighbours and the motion prior
-  kNoFix,      // window mode, before the first tag: no state
+  kNoFix,      // window mode, before the first tag or while two attitudes are open: no state
 };
 const char* ToString(FrameStatus status);  // "ok", "predicted", "no_fix"
 
