@@ -9,16 +9,31 @@ DEFINE_string(camera_file, "",
               "Calibration to take the camera from: Kalibr camchain, OpenCV YAML or XML, ROS "
               "camera_info, or a configuration. Before the one in --config.");
 DEFINE_string(camera, "", "Which camera of --camera_file, where it has several: cam1.");
+DEFINE_string(map, "",
+              "Where the tags are: Kalibr aprilgrid, WPILib field, TagSLAM bodies, or a "
+              "configuration. Before the one in --config.");
+DEFINE_double(tag_size_m, 0, "Side of a tag's black square, where --map does not say it (WPILib).");
+DEFINE_string(tag_family, "", "The tags' family, where --map does not say it and means another.");
 
 namespace tagtwist {
 
-FlagGroup ConfigFlags() { return {"Camera and map", {"config", "camera_file", "camera"}}; }
+FlagGroup ConfigFlags() {
+  return {"Camera and map", {"config", "camera_file", "camera", "map", "tag_size_m", "tag_family"}};
+}
 
 Result<ConfigFiles> ConfigFilesFromFlags() {
   if (!FLAGS_camera.empty() && FLAGS_camera_file.empty()) {
     return Error{"--camera: expected with --camera_file"};
   }
-  return ConfigFiles{FLAGS_config, FLAGS_camera_file, FLAGS_camera};
+  const bool of_map = FLAGS_tag_size_m != 0 || !FLAGS_tag_family.empty();
+  if (of_map && FLAGS_map.empty()) return Error{"--tag_size_m, --tag_family: expected with --map"};
+  if (!(FLAGS_tag_size_m >= 0)) {
+    return Error{"--tag_size_m: expected > 0, got " + std::to_string(FLAGS_tag_size_m)};
+  }
+  ConfigFiles files{
+      FLAGS_config, FLAGS_camera_file, FLAGS_camera, {FLAGS_map, {}, FLAGS_tag_family}};
+  if (FLAGS_tag_size_m > 0) files.map.tag_size_m = FLAGS_tag_size_m;
+  return files;
 }
 
 }  // namespace tagtwist

@@ -48,6 +48,22 @@ Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
   return TakeCamera(BesideFile(node.file, file), name, has_mount, config);
 }
 
+Result<TagMap> ReadMapSection(const YamlValue& node) {
+  YamlSection section(node);
+  TagMapFile file;
+  section("file", file.path);
+  if (file.path.empty()) {
+    Result<TagMap> map = ReadTagMap(node);
+    const auto problem = map ? CheckTagMap(*map) : std::nullopt;
+    return problem ? Result<TagMap>(node.Refuse("a possible map, got " + *problem)) : map;
+  }
+  section("tag_size_m", file.tag_size_m);
+  section("family", file.family);
+  if (Status status = section.Finish(); !status) return status.error();
+  file.path = BesideFile(node.file, file.path);
+  return ReadTagMapFile(file);
+}
+
 Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
   YamlSection section(node);
   const auto rotation = ReadRotation(&section);
@@ -76,7 +92,9 @@ Config DefaultConfig() {
   return config;
 }
 
-Result<Config> LoadConfig(const std::string& path) { return LoadConfig({path, "", ""}); }
+Result<Config> LoadConfig(const std::string& path) {
+  return LoadConfig(ConfigFiles{path, "", "", {}});
+}
 
 Result<Config> LoadConfig(const ConfigFiles& files) {
   YamlValue nothing;
@@ -94,8 +112,10 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
     sections.Keep(TakeCamera(files.camera_file, files.camera_name, mount != nullptr, &config));
   }
   if (mount != nullptr) sections.Keep(ReadExtrinsic(*mount, &config.cam_from_body));
-  if (const YamlValue* node = sections.Find("tag_map")) {
-    Result<TagMap> map = ReadTagMap(*node);
+  const YamlValue* map_node = sections.Find("tag_map");
+  if (map_node != nullptr || !files.map.path.empty()) {
+    Result<TagMap> map =
+        files.map.path.empty() ? ReadMapSection(*map_node) : ReadTagMapFile(files.map);
     if (map) {
       config.map = std::move(*map);
     } else {

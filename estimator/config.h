@@ -3,6 +3,7 @@
 
 #include "estimator/calibration_options.h"
 #include "estimator/estimator_options.h"
+#include "estimator/tag_map_file.h"
 #include "frontend/front_end.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/pose.h"
@@ -29,6 +30,7 @@ struct ConfigFiles {
   std::string config;       // LoadConfig(path)
   std::string camera_file;  // a calibration (ReadCameraFile); before the configuration's camera
   std::string camera_name;  // which of its cameras
+  TagMapFile map;           // before the configuration's tag map
 };
 
 /// Reads a configuration (docs/formats.md). Sections and keys that are left out keep their

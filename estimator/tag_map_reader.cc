@@ -112,6 +112,12 @@ void ReadPlacedTag(YamlSection* section, Tag* tag) {
 Status ReadTag(const YamlValue& node, const Family& family, Tag* tag) {
   YamlSection section(node);
   section.Require("id", &tag->id);
+  std::string family_name = family.name;
+  section("family", family_name);
+  if (family_name != family.name) {
+    section.KeepProblem("family: expected " + family.name + " like all tags of the map, got " +
+                        family_name);
+  }
   if (const YamlValue* corners = section.Find("corners_m"); corners != nullptr) {
     section.Keep(FitTag(*corners, tag));
   } else {

@@ -24,7 +24,20 @@ struct FamilyMaker {
   void (*destroy)(apriltag_family_t*);
 };
 
-constexpr std::array<FamilyMaker, 9> kFamilies = {{
+// Kalibr's tags: two black cells around the code where libapriltag has one.
+apriltag_family_t* CreateWideBorder36h11() {
+  apriltag_family_t* family = tag36h11_create();
+  family->width_at_border += 2;
+  family->total_width += 2;
+  for (uint32_t bit = 0; bit < family->nbits; ++bit) {
+    ++family->bit_x[bit];
+    ++family->bit_y[bit];
+  }
+  return family;
+}
+constexpr const char* kKalibrFamily = "tag36h11b2";
+
+constexpr std::array<FamilyMaker, 10> kFamilies = {{
     {"tag36h11", tag36h11_create, tag36h11_destroy},
     {"tag36h10", tag36h10_create, tag36h10_destroy},
     {"tag25h9", tag25h9_create, tag25h9_destroy},
@@ -34,13 +47,15 @@ constexpr std::array<FamilyMaker, 9> kFamilies = {{
     {"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
     {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
     {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
+    {kKalibrFamily, CreateWideBorder36h11, tag36h11_destroy},
 }};
 
 // The grid of cells libapriltag means: black but for a white ring (the square's outer ring of cells
 // where the family's border is reversed, the ring around the square elsewhere) and the white bits,
 // the code's first bit being its highest. Families with a reversed border have data out to the
-// edge; they get a rim of paper.
-TagPattern DrawPattern(const apriltag_family_t& family, int id) {
+// edge; they get a rim of paper. `black_rim_corners`: as the squares between Kalibr's tags leave
+// it.
+TagPattern DrawPattern(const apriltag_family_t& family, int id, bool black_rim_corners) {
   TagPattern out;
   out.square_cells = family.width_at_border;
   out.cells = family.total_width + (family.reversed_border ? 2 : 0);
@@ -51,6 +66,12 @@ TagPattern DrawPattern(const apriltag_family_t& family, int id) {
       const int edge = std::min({row, column, out.cells - 1 - row, out.cells - 1 - column});
       const bool white = edge == ring || (family.reversed_border && edge == 0);
       out.white.push_back(white ? 1 : 0);
+    }
+  }
+  if (black_rim_corners) {
+    const size_t last = static_cast<size_t>(out.cells) - 1, row = last + 1;
+    for (const size_t corner : {size_t{0}, last, last * row, last * row + last}) {
+      out.white[corner] = 0;
     }
   }
   for (uint32_t bit = 0; bit < family.nbits; ++bit) {
@@ -97,7 +118,7 @@ Result<std::vector<TagPattern>> MakeTagPatterns(const std::string& family_name,
       return Error{"tag " + std::to_string(id) + ": " + family_name + " has ids 0.." +
                    std::to_string((*family)->ncodes - 1)};
     }
-    out.push_back(DrawPattern(**family, id));
+    out.push_back(DrawPattern(**family, id, family_name == kKalibrFamily));
   }
   return out;
 }

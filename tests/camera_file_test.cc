@@ -199,13 +199,13 @@ TEST(CameraFile, IsNamedInAConfigurationBesideIt) {
   WriteText(folder / "mount.yaml",
             "camera: {file: chain.yaml, name: cam0}\n"
             "cam_from_body: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [7, 8, 9]}\n");
-  const ConfigFiles files{folder / "mount.yaml", folder / "chain.yaml", "cam1"};
+  const ConfigFiles files{folder / "mount.yaml", folder / "chain.yaml", "cam1", {}};
   const auto overridden = LoadConfig(files);
   ASSERT_TRUE(overridden) << overridden.error().message;
   ExpectSameCamera(overridden->camera, WideCamera());
   EXPECT_EQ(overridden->cam_from_body.translation().x(), 7);
 
-  const auto bare = LoadConfig({"", folder / "chain.yaml", "cam0"});
+  const auto bare = LoadConfig({"", folder / "chain.yaml", "cam0", {}});
   ASSERT_TRUE(bare) << bare.error().message;
   EXPECT_EQ(bare->cam_from_body.params, Pose().params);  // the camera is the body
 }

@@ -93,6 +93,13 @@ const BadFile kBadFiles[] = {
      "tag_map:\n  tags:\n    - {id: 1, size_m: 1, position_m: [0, 0, 0]}\n"
      "    - {id: 1, size_m: 1, position_m: [2, 0, 0]}\n",
      "x.yaml:4: tag_map.tags[1]: expected each id once, got 1 again"},
+    {"MixedFamilies",
+     "tag_map:\n  tags:\n    - {id: 1, size_m: 1, position_m: [0, 0, 0], family: tag25h9}\n",
+     "x.yaml:3: tag_map.tags[0].family: expected tag36h11 like all tags of the map, got tag25h9"},
+    {"OverlappingTags",
+     "tag_map:\n  tags:\n    - {id: 1, size_m: 1, position_m: [0, 0, 0]}\n"
+     "    - {id: 2, size_m: 1, position_m: [0.9, 0, 0]}\n",
+     "x.yaml:1: tag_map: expected a possible map, got tags 1 and 2 overlap"},
     {"TagIdNotInFamily", "tag_map: {tags: [{id: 587, size_m: 1, position_m: [0, 0, 0]}]}\n",
      "tag_map.tags[0].id: expected 0..586, got 587"},
     {"TagWithoutSize", "tag_map: {tags: [{id: 1, position_m: [0, 0, 0]}]}\n",
