@@ -172,7 +172,7 @@ TEST(Config, TagsInSpace) {
       "    - {id: 3, size_m: 0.2, position_m: [1, 2, 3]}\n"
       "    - {id: 5, size_m: 0.2, position_m: [0, 0, 0], yaw_rad: 1.5707963267948966}\n"
       "    - {id: 7, corners_m: [[0, 0, 0], [0, 0.4, 0], [0, 0.4, 0.4], [0, 0, 0.4]]}\n"
-      "    - {id: 9, size_m: 2, position_m: [0, 0, 0], rotation: [0, 0, 1, 1, 0, 0, 0, 1, 0]}\n");
+      "    - {id: 9, size_m: 2, position_m: [5, 0, 0], rotation: [0, 0, 1, 1, 0, 0, 0, 1, 0]}\n");
   ASSERT_TRUE(config) << config.error().message;
   const TagMap& map = config->map;
   const double tolerance = 1e-12;
@@ -183,7 +183,7 @@ TEST(Config, TagsInSpace) {
   EXPECT_LT((map.CornersInWorld(7)[1] - Eigen::Vector3d(0, 0.4, 0)).norm(), tolerance);
   EXPECT_LT((map.CornersInWorld(7)[3] - Eigen::Vector3d(0, 0, 0.4)).norm(), tolerance);
   // Columns of the matrix are the tag's axes in W: x is the world's y, y is its z.
-  EXPECT_LT((map.CornersInWorld(9)[2] - Eigen::Vector3d(0, 1, 1)).norm(), tolerance);
+  EXPECT_LT((map.CornersInWorld(9)[2] - Eigen::Vector3d(5, 1, 1)).norm(), tolerance);
 }
 
 TEST(Config, GridWithOneGapForAll) {
