@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "apps/stopwatch.h"
+#include "estimator/online.h"
 
 namespace tagtwist {
-
 Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
                                                     bool use_detections, int threads) {
   std::vector<TagDetector> detectors;
@@ -24,7 +24,7 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
 
 Result<MeasurementStream> MeasurementStream::CreateGuided(DataSource* source, const Config& config,
                                                           PosePredictor predict) {
-  auto out = Create(source, config, /*use_detections=*/false, /*threads=*/1);
+  auto out = Create(source, WithFewTracks(config), /*use_detections=*/false, /*threads=*/1);
   if (!out) return out;
   auto follower = TagFollower::Create(config.map, config.camera, config.cam_from_body,
                                       config.front_end.detector);

@@ -8,6 +8,7 @@
 #include "apps/progress.h"
 #include "apps/stopwatch.h"
 #include "estimator/batch.h"
+#include "estimator/online.h"
 #include "estimator/sliding_window.h"
 
 namespace tagtwist {
@@ -90,13 +91,6 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
 bool IsGuided(const Config& config, const RunOptions& options) {
   if (options.detection != DetectionMode::kAuto) return options.detection == DetectionMode::kGuided;
   return !options.use_detections && config.front_end.detector.refine_pattern;
-}
-
-std::optional<PosePrediction> PredictPose(const SlidingWindow& window, int64_t t_ns) {
-  const auto state = window.PredictAt(t_ns);
-  if (!state) return std::nullopt;
-  return PosePrediction{state->state.world_from_body, state->covariance.topLeftCorner<6, 6>(),
-                        window.noise().corner_sigma_px};
 }
 
 Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, const Config& config,

@@ -21,6 +21,10 @@ int SegmentLimit(const TrackSegment& segment, int segment_frames) {
 
 }  // namespace
 
+int TagsThatReplaceTracks(int max_tracks_per_frame) {
+  return std::max(1, (max_tracks_per_frame + kTracksPerTag - 1) / kTracksPerTag);
+}
+
 void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags) {
   const int frame = next_frame_++;
   const int budget = options_.max_tracks_per_frame - kTracksPerTag * n_tags;
@@ -61,10 +65,12 @@ void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags
 void TrackSegmenter::Begin(const TrackObservation& track, int frame) {
   const auto before = unused_.find(track.track_id);
   open_.emplace(track.track_id, segments_.size());
-  if (before == unused_.end()) {
-    segments_.push_back({track.track_id, frame, {track.pixel}});
-  } else {
+  if (before != unused_.end()) {
     segments_.push_back({track.track_id, frame - 1, {before->second, track.pixel}});
+  } else if (track.pixel_before) {
+    segments_.push_back({track.track_id, frame - 1, {*track.pixel_before, track.pixel}});
+  } else {
+    segments_.push_back({track.track_id, frame, {track.pixel}});
   }
 }
 

@@ -52,4 +52,7 @@ class TrackSegmenter {
   std::map<int64_t, Eigen::Vector2d> unused_;  // views of the last frame that are in no segment
 };
 
+/// So many tags in view leave no room for a track that begins.
+int TagsThatReplaceTracks(int max_tracks_per_frame);
+
 }  // namespace tagtwist

@@ -21,8 +21,11 @@ std::vector<PointPair> MatchTracks(const std::vector<TrackObservation>& last,
   auto it = last.begin();
   for (const TrackObservation& track : now) {
     while (it != last.end() && it->track_id < track.track_id) ++it;
-    if (it == last.end()) break;
-    if (it->track_id == track.track_id) pairs.push_back({it->pixel, track.pixel});
+    if (it != last.end() && it->track_id == track.track_id) {
+      pairs.push_back({it->pixel, track.pixel});
+    } else if (track.pixel_before) {
+      pairs.push_back({*track.pixel_before, track.pixel});
+    }
   }
   return pairs;
 }

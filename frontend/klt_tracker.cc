@@ -42,6 +42,13 @@ cv::Point2f ToPoint(const Eigen::Vector2d& pixel) {
   return {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
 }
 
+std::vector<cv::Mat> BuildPyramid(const cv::Mat& image, const KltOptions& options) {
+  std::vector<cv::Mat> out;
+  cv::buildOpticalFlowPyramid(image, out, {options.window_px, options.window_px},
+                              options.pyramid_levels, /*withDerivatives=*/true);
+  return out;
+}
+
 }  // namespace
 
 std::optional<std::string> KltOptions::Problem() const {
@@ -57,6 +64,7 @@ std::optional<std::string> KltOptions::Problem() const {
                         CheckPositive("forward_backward_px", forward_backward_px),
                         CheckPositive("max_difference", max_difference),
                         CheckRange("border_px", border_px, 0, kInf),
+                        CheckRange("enough_tags", enough_tags, 0, kInf),
                         CheckRange("tag_margin", tag_margin, 0, kInf)}) {
     if (problem) return problem;
   }
@@ -70,21 +78,36 @@ std::optional<std::string> KltOptions::Problem() const {
 
 std::vector<TrackObservation> KltTracker::Track(const cv::Mat& image,
                                                 const std::vector<TagDetection>& tags) {
-  if (image.type() != CV_8UC1 || image.empty() ||
-      (!pyramid_.empty() && pyramid_[0].size() != image.size())) {
+  const bool usable = image.type() == CV_8UC1 && !image.empty();
+  if (!usable || (!pyramid_.empty() && pyramid_[0].size() != image.size())) {
     pyramid_.clear();
     tracks_.clear();
   }
-  if (image.type() != CV_8UC1 || image.empty()) return {};
-  std::vector<cv::Mat> pyramid;
-  cv::buildOpticalFlowPyramid(image, pyramid, {options_.window_px, options_.window_px},
-                              options_.pyramid_levels, /*withDerivatives=*/true);
+  if (!usable || kept_.size() != image.size()) kept_.release();
+  if (!usable) return {};
+  if (options_.enough_tags > 0 && static_cast<int>(tags.size()) >= options_.enough_tags) {
+    pyramid_.clear();
+    tracks_.clear();
+    image.copyTo(kept_);
+    tags_ = tags;
+    return {};
+  }
+  for (TrackObservation& track : tracks_) track.pixel_before.reset();
+  if (!kept_.empty()) BeginInKeptImage();
+  std::vector<cv::Mat> pyramid = BuildPyramid(image, options_);
   if (!tracks_.empty()) Follow(pyramid, tags);
   Replenish(image);
   MarkOnTag(tags);
   pyramid_ = std::move(pyramid);
   tags_ = tags;
   return tracks_;
+}
+
+void KltTracker::BeginInKeptImage() {
+  pyramid_ = BuildPyramid(kept_, options_);
+  Replenish(kept_);
+  for (TrackObservation& track : tracks_) track.pixel_before = track.pixel;
+  kept_.release();
 }
 
 void KltTracker::Follow(const std::vector<cv::Mat>& pyramid,
@@ -118,7 +141,7 @@ void KltTracker::Follow(const std::vector<cv::Mat>& pyramid,
                         pixel.x() <= max_x && pixel.y() <= max_y;
     if (ok[i] != 0 && back_ok[i] != 0 && inside && difference[i] <= options_.max_difference &&
         cv::norm(back[i] - start[i]) <= options_.forward_backward_px) {
-      followed.push_back({tracks_[i].track_id, pixel, false});
+      followed.push_back({tracks_[i].track_id, pixel, false, tracks_[i].pixel_before});
     }
   }
   tracks_ = std::move(followed);

@@ -22,7 +22,8 @@ struct KltOptions {
   double forward_backward_px = 0.5;  // the way back may miss the start by this, > 0
   double max_difference = 25;        // mean difference of the two windows [gray], > 0
   double border_px = 3;              // tracks nearer to the image's border end, >= 0
-  double tag_margin = 0.1875;        // on_tag reaches out by this fraction of a tag's side, >= 0
+  int enough_tags = 0;         // with that many tags in view nothing is tracked; 0: always, >= 0
+  double tag_margin = 0.1875;  // on_tag reaches out by this fraction of a tag's side, >= 0
 
   std::optional<std::string> Problem() const;
 
@@ -39,13 +40,16 @@ struct KltOptions {
     visit("forward_backward_px", self.forward_backward_px);
     visit("max_difference", self.max_difference);
     visit("border_px", self.border_px);
+    visit("enough_tags", self.enough_tags);
     visit("tag_margin", self.tag_margin);
   }
 };
 
 /// FAST corners followed by pyramidal Lucas-Kanade from frame to frame, with a forward-backward
 /// check, each over as many frames as it lasts. Where two frames share two tags or more, their
-/// homography says where the points are to be expected, so large motion is followed too.
+/// homography says where the points are to be expected, so large motion is followed too. While tags
+/// are enough, only the image is kept: the first one without enough shows tracks that began in the
+/// image before it.
 class KltTracker {
  public:
   explicit KltTracker(const KltOptions& options)
@@ -57,6 +61,7 @@ class KltTracker {
   std::vector<TrackObservation> Track(const cv::Mat& image, const std::vector<TagDetection>& tags);
 
  private:
+  void BeginInKeptImage();
   void Follow(const std::vector<cv::Mat>& pyramid, const std::vector<TagDetection>& tags);
   void Replenish(const cv::Mat& image);
   void MarkOnTag(const std::vector<TagDetection>& tags);
@@ -64,6 +69,7 @@ class KltTracker {
   KltOptions options_;
   int fast_threshold_;                    // adapted to the images
   std::vector<cv::Mat> pyramid_;          // of the last image, with derivatives; empty: no image
+  cv::Mat kept_;                          // the last image, where its tags were enough
   std::vector<TagDetection> tags_;        // of the last image
   std::vector<TrackObservation> tracks_;  // in the last image, sorted by id
   int64_t next_id_ = 0;

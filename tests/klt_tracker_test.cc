@@ -258,6 +258,36 @@ TEST(KltTracker, TagsSaySoAndPredictALargeMotion) {
   EXPECT_LT(n_followed(false), n_followed(true));
 }
 
+// While tags are enough nothing is followed; then tracks come with their places in the image
+// before.
+TEST(KltTracker, TracksBeginInTheImageBeforeTheOneWithoutEnoughTags) {
+  const cv::Mat world = Texture(700, 600);
+  KltOptions options;
+  options.enough_tags = 1;
+  KltTracker tracker(options);
+  TagDetection tag;
+  tag.corners = {Eigen::Vector2d(50, 80), {80, 80}, {80, 50}, {50, 50}};
+  EXPECT_TRUE(tracker.Track(Shifted(world, 100, 100), {tag}).empty());
+  EXPECT_TRUE(tracker.Track(Shifted(world, 103, 99), {tag}).empty());
+  const auto first = tracker.Track(Shifted(world, 106, 98), {});
+  int told = 0;
+  for (const TrackObservation& track : first) {
+    if (!track.pixel_before) continue;
+    const double off_px = (*track.pixel_before - Eigen::Vector2d(3, -1) - track.pixel).norm();
+    told += off_px < 0.2 ? 1 : 0;
+  }
+  EXPECT_GT(told, 150);
+  const auto second = tracker.Track(Shifted(world, 109, 97), {});
+  EXPECT_GT(second.size(), 150U);
+  for (const TrackObservation& track : second) EXPECT_FALSE(track.pixel_before);
+  EXPECT_TRUE(tracker.Track(Shifted(world, 112, 96), {tag}).empty());
+  // An image that is bad, or of another size, leaves nothing to begin in.
+  tracker.Track(cv::Mat(), {});
+  for (const auto& track : tracker.Track(Shifted(world, 115, 95), {})) {
+    EXPECT_FALSE(track.pixel_before);
+  }
+}
+
 TEST(KltOptions, NamesTheBrokenRule) {
   EXPECT_FALSE(KltOptions().Problem());
   KltOptions options;

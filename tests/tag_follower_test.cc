@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "estimator/sliding_window.h"
+#include "estimator/online.h"
 #include "frontend/front_end.h"
 #include "tests/exact_model.h"
 #include "tests/flight_scene.h"
@@ -47,12 +47,7 @@ std::vector<Step> Follow(const std::vector<SimulatedFrame>& frames, bool guided)
   SlidingWindow window(setup);
   std::vector<Step> out;
   for (const SimulatedFrame& frame : frames) {
-    std::optional<PosePrediction> prediction;
-    if (const auto state = window.PredictAt(frame.t_ns); guided && state) {
-      prediction =
-          PosePrediction{state->state.world_from_body, state->covariance.topLeftCorner<6, 6>(),
-                         window.noise().corner_sigma_px};
-    }
+    const auto prediction = guided ? PredictPose(window, frame.t_ns) : std::nullopt;
     const auto tags = follower->Find(frame.image, prediction);
     const auto added = window.Add(front_end.Process(frame.t_ns, tags, frame.image));
     EXPECT_TRUE(added) << added.error().message;

@@ -51,6 +51,31 @@ TEST(TrackSegments, TagsMakeUpForTracksAndAGapIsTiedToTheFrameBeforeIt) {
   for (const TrackSegment& segment : segmenter.segments()) EXPECT_EQ(segment.first_frame, 4);
 }
 
+TEST(TrackSegments, ATrackToldLateHasTheViewBefore) {
+  TrackSegmenter segmenter({40, 6});
+  for (int frame = 0; frame < 5; ++frame) segmenter.Add({}, TagsThatReplaceTracks(40));
+  auto views = Views(5, 10);
+  for (TrackObservation& view : views) view.pixel_before = view.pixel - Eigen::Vector2d(0, 1);
+  segmenter.Add(views, 0);
+  ASSERT_EQ(segmenter.segments().size(), 10u);
+  for (const TrackSegment& segment : segmenter.segments()) {
+    EXPECT_EQ(segment.first_frame, 4);
+    ASSERT_EQ(segment.pixels.size(), 2u);
+    EXPECT_EQ(segment.pixels[0].y(), 4);
+  }
+}
+
+TEST(TrackSegments, SoManyTagsLeaveNoRoomForTracks) {
+  for (const int most : {1, 7, 20, 40}) {
+    for (const int fewer : {0, 1}) {
+      TrackSegmenter segmenter({most, 6});
+      const int tags = TagsThatReplaceTracks(most) - fewer;
+      segmenter.Add(Views(0, 50), tags);
+      EXPECT_EQ(segmenter.segments().empty(), fewer == 0) << most;
+    }
+  }
+}
+
 TEST(TrackSegments, ViewsOnTagsAndBeyondTheBudgetStayOut) {
   TrackSegmenter segmenter({8, 6});
   auto views = Views(0, 20);

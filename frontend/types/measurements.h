@@ -23,6 +23,8 @@ struct TrackObservation {
   int64_t track_id = -1;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   bool on_tag = false;  // inside a tag seen in this frame: its pixels speak already through the tag
+  /// Of a track that is told for the first time, but began in the frame before: where it was there.
+  std::optional<Eigen::Vector2d> pixel_before = {};
 };
 
 /// What the seed report's closed form says of one frame, body in W; empty where it has no answer
