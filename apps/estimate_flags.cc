@@ -8,8 +8,8 @@
 #include "apps/config_flags.h"
 
 DEFINE_string(dataset, "",
-              "Recording: a course .mat, an EuRoC/ASL folder, or a plain folder (timestamps.csv "
-              "and images). Needed.");
+              "Recording: a video, a course .mat, an EuRoC/ASL folder, a plain folder "
+              "(timestamps.csv and images), or a folder of images with stamps for names. Needed.");
 DEFINE_string(ground_truth, "",
               "Poses to compare with: CSV, TUM, EuRoC or a course .mat. The recording's own where "
               "it has any.");

@@ -1,8 +1,10 @@
 #include <glog/logging.h>
 #include <sys/resource.h>
 
+#include <cstdlib>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/core/utils/logger.hpp>
 
 #include "apps/calibrate_recording.h"
 #include "apps/estimate_flags.h"
@@ -86,6 +88,8 @@ int main(int argc, char** argv) {
   const auto job = tagtwist::EstimateJobFromFlags();
   if (!job) return tagtwist::Fail(usage, job.error().message, 2);
   cv::setNumThreads(1);  // the frames are spread over threads here
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // quiet: faults are told in one line, by us
   auto config = tagtwist::LoadConfig(job->config);
   if (!config) return tagtwist::Fail(usage, config.error().message);
   if (const auto overridden = tagtwist::OverrideOptions(&config->estimator); !overridden) {

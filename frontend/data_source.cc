@@ -26,7 +26,7 @@ Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
         std::filesystem::file_size(root, unknown) == 0) {
       return Error{path + ": empty file"};
     }
-    return Error{path + ": expected a course .mat or a folder, got a file that is no MAT file"};
+    return OpenVideoSource(path, options);
   }
   // Where detections are used, tags0 stands for a missing cam0.
   for (const auto& folder : {root / "mav0", root}) {
@@ -42,7 +42,10 @@ Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
                  ": no timestamps.csv; its detections.csv can stand for it only where "
                  "detections are used"};
   }
-  return Error{path + ": expected a data set (timestamps.csv, or mav0/cam0/data.csv), got neither"};
+  if (!options.use_detections && HasNamedImages(path)) return OpenNamedImagesSource(path, options);
+  return Error{path +
+               ": expected a data set (timestamps.csv, mav0/cam0/data.csv, or images with stamps "
+               "for names), got none"};
 }
 
 }  // namespace tagtwist

@@ -45,8 +45,9 @@ class DataSource {
   virtual const std::vector<ImuSample>& imu() const = 0;             // empty when there is none
 };
 
-/// Opens a course .mat, an EuRoC/ASL folder (mav0/cam0/data.csv, or cam0/data.csv, below it) or a
-/// plain folder (timestamps.csv), told apart by what is there. Errors name the file, the line where
+/// Opens a course .mat, a video, an EuRoC/ASL folder (mav0/cam0/data.csv, or cam0/data.csv, below
+/// it), a plain folder (timestamps.csv) or one of images with stamps for names, told apart by what
+/// is there. Errors name the file, the line where
 /// there is one, and the fault.
 Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
                                                    const DataSourceOptions& options);

@@ -18,6 +18,14 @@ Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
 Result<std::unique_ptr<DataSource>> OpenMatSource(const std::string& path,
                                                   const DataSourceOptions& options);
 
+/// Anything that OpenCV's FFmpeg reads. Stamps: presentation times, or the frame rate's.
+Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
+                                                    const DataSourceOptions& options);
+/// A folder of images with their stamps for names: 1403636579763555584.png, cam_12.345678.jpg.
+bool HasNamedImages(const std::string& folder);
+Result<std::unique_ptr<DataSource>> OpenNamedImagesSource(const std::string& folder,
+                                                          const DataSourceOptions& options);
+
 /// Remembers the first good image's size; all others must have it.
 class ImageSizeGuard {
  public:

@@ -74,11 +74,12 @@ TEST_F(FolderSource, RefusesABadTable) {
 
 TEST_F(FolderSource, RefusesAPathThatIsNoDataSet) {
   EXPECT_EQ(OpenFault(folder_ / "none"), folder_ / "none: no such file or folder");
-  EXPECT_THAT(OpenFault(Image(0)), HasSubstr("0.png: expected a course .mat or a folder"));
+  EXPECT_THAT(OpenFault(Image(0)), HasSubstr("0.png: expected a course .mat, a video or a folder"));
   const TempFolder empty;
-  EXPECT_EQ(
-      OpenFault(empty.path()),
-      empty.path() + ": expected a data set (timestamps.csv, or mav0/cam0/data.csv), got neither");
+  EXPECT_EQ(OpenFault(empty.path()),
+            empty.path() +
+                ": expected a data set (timestamps.csv, mav0/cam0/data.csv, or images with stamps "
+                "for names), got none");
   WriteText(empty / "detections.csv", "t,id\n");
   EXPECT_THAT(OpenFault(empty.path()), StartsWith(empty.path() + ": no timestamps.csv; "));
 }

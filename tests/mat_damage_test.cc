@@ -12,7 +12,7 @@ TEST_F(MatDamage, RefusesWhatIsNoMatFile) {
   WriteText(path_, "");
   EXPECT_EQ(Fault(), "empty file");
   WriteText(path_, std::string(1000, 'x'));
-  EXPECT_EQ(Fault(), "expected a course .mat or a folder, got a file that is no MAT file");
+  EXPECT_EQ(Fault(), "expected a course .mat, a video or a folder, got a file that is neither");
 }
 
 TEST_F(MatDamage, EveryTruncationIsRefused) {
