@@ -75,6 +75,14 @@ void HoldUnseen(const std::vector<CalibrationFrame>& frames,
   }
 }
 
+// No shorter than half a second: errors of neighbouring frames are alike.
+int BlocksFor(const CalibrationProblem& problem, int wanted) {
+  constexpr double kShortestS = 0.5;
+  constexpr int kFewest = 4;
+  const double length_s = ToSeconds(problem.frames.back().t_ns - problem.frames.front().t_ns);
+  return std::clamp(static_cast<int>(length_s / kShortestS), kFewest, wanted);
+}
+
 // The refined set-up as a configuration; the map moves into the ground truth's world.
 Config Refine(const Config& config, const CalibrationState& state) {
   Config out = config;
@@ -136,18 +144,20 @@ Result<Calibration> Calibrate(const Config& config,
   out.parameters = ParametersOf(problem->prior, config.calibration);
   problem->frames = std::move(all.frames);  // where searches start from
   SetCornerNoise(all.noise.corner_sigma_px, &problem->frames);
+  out.unseen = FindUnseen(out.given, out.parameters, problem->prior_sigmas, all.covariance);
   out.validation = ValidateGroups(*problem, out.parameters, all.state, all.noise,
-                                  config.calibration.validation_blocks);
+                                  BlocksFor(*problem, config.calibration.validation_blocks));
   const CalibrationProblem applied = Restrict(*problem, out.parameters, out.validation.applied());
   CalibrationSolution solution =
       SolveAndLearnNoise(applied, OnlyFree(all.state, applied), all.noise, learn_corners);
   if (!solution.usable) return no_solution;
+  Eigen::MatrixXd covariance = ConsiderCovariance(*problem, applied, solution);
   out.refined = std::move(solution.state);
-  out.prior_sigmas = applied.prior_sigmas;
+  out.prior_sigmas = problem->prior_sigmas;
+  for (const double sigma : applied.prior_sigmas) out.applied.push_back(sigma > 0);
   out.change = Difference(out.refined, out.given);
-  out.covariance = std::move(solution.covariance);
+  out.covariance = std::move(covariance);
   out.noise = solution.noise;
-  out.unseen = FindUnseen(out.given, out.parameters, out.prior_sigmas, out.covariance);
   out.config = Refine(config, out.refined);
   out.frames = static_cast<int>(applied.frames.size());
   for (const CalibrationFrame& frame : applied.frames) {

@@ -17,12 +17,14 @@ struct Calibration {
   Config config;  // refined; its map in the ground truth's world where there is one
   CalibrationState given, refined;
   std::vector<CalibrationParameter> parameters;
-  Eigen::VectorXd prior_sigmas;  // 0: held, not seen at all, or not applied
+  Eigen::VectorXd prior_sigmas;  // 0: held, or nothing is seen of it
+  std::vector<bool> applied;     // refined; the others stay as given
   Eigen::VectorXd change;        // refined as seen from given
-  Eigen::MatrixXd covariance;    // zero where held
+  /// Zero where held; where not applied the prior's, which counts in all others, too.
+  Eigen::MatrixXd covariance;
   CalibrationNoise noise;
   CalibrationValidation validation;
-  std::vector<UnseenDirection> unseen;
+  std::vector<UnseenDirection> unseen;  // of everything that is not held, applied or not
   int frames = 0, views = 0;
   bool has_truth = false;
 

@@ -39,8 +39,10 @@ std::optional<WhitenedTruth> LinearizeTruth(const CalibrationProblem& problem,
   const TruthResidual at = EvaluateTruth(truth->world_from_body, rate, state.truth_from_world,
                                          frame.world_from_cam, state.cam_from_body);
   Eigen::Matrix<double, 6, 1> weights;
-  weights.head<3>().setConstant(1 / noise.truth_rotation_sigma_rad);
-  weights.tail<3>().setConstant(1 / noise.truth_position_sigma_m);
+  weights.head<3>().setConstant(
+      1 / (noise.truth_rotation_sigma_rad * noise.truth_rotation_persistence));
+  weights.tail<3>().setConstant(1 /
+                                (noise.truth_position_sigma_m * noise.truth_position_persistence));
   WhitenedTruth out;
   out.residual = weights.asDiagonal() * at.residual;
   out.by_cam = weights.asDiagonal() * at.by_cam;
@@ -202,11 +204,31 @@ std::optional<double> FrameCost(const CalibrationProblem& problem, const Calibra
   return cost + Huber(truth->residual.squaredNorm(), 6, problem.robust_scale).cost;
 }
 
+namespace {
+
+// Correlation of successive errors, from their sums.
+class Succession {
+ public:
+  void Add(const Eigen::Vector3d& error) {
+    squares_ += error.squaredNorm();
+    products_ += error.dot(last_);
+    last_ = error;
+  }
+  double Correlation() const { return squares_ > 0 ? products_ / squares_ : 0; }
+
+ private:
+  Eigen::Vector3d last_ = Eigen::Vector3d::Zero();
+  double squares_ = 0, products_ = 0;
+};
+
+}  // namespace
+
 NoiseSums SumNoise(const CalibrationProblem& problem, const CalibrationState& state,
                    const std::vector<CalibrationFrame>& frames, const CalibrationNoise& noise,
                    const CalibrationNormals& normals, const Eigen::MatrixXd& covariance) {
   NoiseSums out;
   double all = 0;
+  Succession rotation, position;
   const CalibrationLayout layout = LayoutOf(state);
   TagCalibrationResidual at;
   for (size_t i = 0; i < frames.size(); ++i) {
@@ -226,6 +248,9 @@ NoiseSums SumNoise(const CalibrationProblem& problem, const CalibrationState& st
     const auto truth = LinearizeTruth(problem, state, frames[i], noise);
     if (!truth) continue;
     const double weight = Huber(truth->residual.squaredNorm(), 6, problem.robust_scale).weight;
+    rotation.Add(std::sqrt(weight) * truth->residual.head<3>());
+    position.Add(std::sqrt(weight) * truth->residual.tail<3>());
+    ++out.truth_frames;
     out.truth_rotation += weight * truth->residual.head<3>().squaredNorm();
     out.truth_position += weight * truth->residual.tail<3>().squaredNorm();
     // Of the whitened residual's prediction: by the pose alone, and by the shared parameters, which
@@ -248,6 +273,8 @@ NoiseSums SumNoise(const CalibrationProblem& problem, const CalibrationState& st
     const double sigma = problem.prior_sigmas(i);
     if (sigma > 0) all -= 1 - covariance(i, i) / (sigma * sigma);
   }
+  out.truth_position_correlation = position.Correlation();
+  out.truth_rotation_correlation = rotation.Correlation();
   out.corner_redundancy = all - out.truth_position_redundancy - out.truth_rotation_redundancy;
   return out;
 }

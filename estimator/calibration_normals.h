@@ -39,8 +39,11 @@ std::optional<double> FrameCost(const CalibrationProblem& problem, const Calibra
 
 /// Sums that the noise is learned from.
 struct NoiseSums {
-  double corner = 0, truth_position = 0, truth_rotation = 0;  // squares, robust, over the variance
+  double corner = 0, truth_position = 0, truth_rotation = 0;  // squares, robust, whitened
   double corner_redundancy = 0, truth_position_redundancy = 0, truth_rotation_redundancy = 0;
+  // Of a frame's error with the next one's.
+  double truth_position_correlation = 0, truth_rotation_correlation = 0;
+  int truth_frames = 0;
 };
 /// `covariance`: of the shared parameters, full layout, zero where they are held.
 NoiseSums SumNoise(const CalibrationProblem& problem, const CalibrationState& state,

@@ -84,6 +84,9 @@ constexpr double kMaxTruthGapS = 0.1;
 struct CalibrationNoise {
   double corner_sigma_px = 0.3;  // of a corner's coordinate, beyond a detection's own covariance
   double truth_position_sigma_m = 0.005, truth_rotation_sigma_rad = 0.01;
+  /// Errors of the ground truth that last over frames count as this many times greater ones: the
+  /// square root of how many frames one error lasts, >= 1.
+  double truth_position_persistence = 1, truth_rotation_persistence = 1;
 };
 
 /// What is estimated from: frames, ground truth, and the prior of the shared parameters.

@@ -62,6 +62,15 @@ double Correction(double squares, double redundancy) {
   return std::clamp(std::sqrt(squares / redundancy), 0.1, 10.0);
 }
 
+// How much greater errors count that follow each other with that correlation (first-order
+// autoregression): sqrt((1 + r) / (1 - r)). 1 where the correlation may be chance.
+double Persistence(double correlation, int frames) {
+  const double chance = 2 / std::sqrt(3.0 * std::max(1, frames));
+  if (!(correlation > chance)) return 1;
+  const double r = std::min(correlation, 0.98);
+  return std::sqrt((1 + r) / (1 - r));
+}
+
 }  // namespace
 
 CalibrationSolution SolveCalibration(const CalibrationProblem& problem,
@@ -113,11 +122,17 @@ CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
     const NoiseSums sums =
         SumNoise(weighted, out.state, out.frames, noise, normals, out.covariance);
     const double corner = learn_corners ? Correction(sums.corner, sums.corner_redundancy) : 1;
-    const double position = Correction(sums.truth_position, sums.truth_position_redundancy);
-    const double rotation = Correction(sums.truth_rotation, sums.truth_rotation_redundancy);
+    const double position = noise.truth_position_persistence *
+                            Correction(sums.truth_position, sums.truth_position_redundancy);
+    const double rotation = noise.truth_rotation_persistence *
+                            Correction(sums.truth_rotation, sums.truth_rotation_redundancy);
     noise.corner_sigma_px = std::max(kMinCornerPx, corner * noise.corner_sigma_px);
     noise.truth_position_sigma_m = std::max(kMinTruth, position * noise.truth_position_sigma_m);
     noise.truth_rotation_sigma_rad = std::max(kMinTruth, rotation * noise.truth_rotation_sigma_rad);
+    noise.truth_position_persistence =
+        Persistence(sums.truth_position_correlation, sums.truth_frames);
+    noise.truth_rotation_persistence =
+        Persistence(sums.truth_rotation_correlation, sums.truth_frames);
     const double change = std::max(
         {std::abs(std::log(corner)), std::abs(std::log(position)), std::abs(std::log(rotation))});
     const bool enough = change < kEnough || noise.corner_sigma_px <= kMinCornerPx;
@@ -127,6 +142,32 @@ CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
     const CalibrationState at = out.state;
     out = SolveCalibration(weighted, at, noise);
   }
+  return out;
+}
+
+Eigen::MatrixXd ConsiderCovariance(const CalibrationProblem& problem,
+                                   const CalibrationProblem& applied,
+                                   const CalibrationSolution& solution) {
+  const auto normals =
+      LinearizeCalibration(problem, solution.state, solution.frames, solution.noise, 0);
+  const std::vector<int> free = FreeEntries(applied.prior_sigmas);
+  std::vector<int> left;
+  for (const int i : FreeEntries(problem.prior_sigmas)) {
+    if (!(applied.prior_sigmas(i) > 0)) left.push_back(i);
+  }
+  Eigen::MatrixXd out = SharedCovariance(normals, free);
+  const Eigen::VectorXd variances = problem.prior_sigmas(left).cwiseAbs2();
+  const Eigen::MatrixXd prior = variances.asDiagonal();
+  out(left, left) = prior;
+  if (free.empty() || left.empty()) return out;
+  const Eigen::MatrixXd information = normals.information(free, free);
+  const Eigen::MatrixXd by_left =
+      -information.llt().solve(Eigen::MatrixXd(normals.information(free, left)));
+  const Eigen::MatrixXd cross = by_left * prior;
+  const Eigen::MatrixXd added = cross * by_left.transpose();
+  out(free, free) += added;
+  out(free, left) = cross;
+  out(left, free) = cross.transpose();
   return out;
 }
 

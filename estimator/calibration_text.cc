@@ -15,12 +15,12 @@ constexpr double kTold = 3;  // sigmas from which on a change is told
 constexpr double kDegree = M_PI / 180;
 constexpr size_t kTagsTold = 5;
 
-// How many sigmas the entries [first, first + n) changed by, together: sqrt(e' P^-1 e); 0 when
-// held.
+// How many sigmas the entries [first, first + n) changed by, together: sqrt(e' P^-1 e); 0 where
+// they did not.
 double Significance(const Calibration& c, int first, int n) {
   const Eigen::VectorXd e = c.change.segment(first, n);
   const Eigen::MatrixXd p = c.covariance.block(first, first, n, n);
-  if (!(p.diagonal().minCoeff() > 0)) return 0;
+  if (e.isZero(0) || !(p.diagonal().minCoeff() > 0)) return 0;
   return std::sqrt(std::max(0.0, e.dot(p.ldlt().solve(e))));
 }
 
@@ -124,6 +124,12 @@ void AddValidation(const Calibration& c, std::vector<std::string>* out) {
   }
 }
 
+double FramesOfAnError(const CalibrationNoise& noise) {
+  const double persistence =
+      std::max(noise.truth_position_persistence, noise.truth_rotation_persistence);
+  return persistence * persistence;
+}
+
 void AddUnseen(const Calibration& c, std::vector<std::string>* out) {
   if (!c.has_truth) {
     out->push_back(
@@ -165,7 +171,7 @@ std::vector<TagMove> TagMoves(const Calibration& c) {
   std::vector<TagMove> out;
   for (int i = 0; i < layout.n_tags; ++i) {
     const int first = layout.tag(i) + 3;
-    if (!(c.prior_sigmas(first) > 0)) continue;
+    if (!c.applied[static_cast<size_t>(first)]) continue;
     const Tag& tag = c.given.tags[static_cast<size_t>(i)];
     const Eigen::Vector3d normal = tag.world_from_tag.rotation() * Eigen::Vector3d::UnitZ();
     const Eigen::Vector3d move = change.segment<3>(first);
@@ -203,6 +209,9 @@ std::vector<std::string> CalibrationText(const Calibration& c) {
     noise +=
         Format("; ground truth %.2f mm, %.3f deg an axis", 1e3 * c.noise.truth_position_sigma_m,
                c.noise.truth_rotation_sigma_rad / kDegree);
+    if (const double frames = FramesOfAnError(c.noise); frames > 1) {
+      noise += Format(", each error over about %.0f frames", frames);
+    }
   }
   out.push_back(noise);
   AddValidation(c, &out);
@@ -210,7 +219,7 @@ std::vector<std::string> CalibrationText(const Calibration& c) {
   AddTruth(c, &out);
   AddTags(c, &out);
   const ScaleAndFocal both = CompareScaleAndFocal(c);
-  if (both.scale_sigma > 0 && both.focal_sigma > 0) {
+  if (both.scale != 0 && both.focal != 0) {
     out.push_back(
         Format("map scale %+.3f %% +- %.3f, focal length %+.3f %% +- %.3f: correlation "
                "%.2f",

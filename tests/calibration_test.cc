@@ -79,6 +79,38 @@ TEST(Calibration, ErrorsOverCovarianceAreChiSquare) {
   EXPECT_LT(nees, high);
 }
 
+// What a motion does not show is named, moves by no more than its prior, and is as uncertain as it
+// is wrong.
+class CalibrationOfPoorMotion : public testing::TestWithParam<CalibrationMotion> {};
+INSTANTIATE_TEST_SUITE_P(Motions, CalibrationOfPoorMotion,
+                         testing::Values(CalibrationMotion::kNoRotation,
+                                         CalibrationMotion::kConstantHeight));
+
+TEST_P(CalibrationOfPoorMotion, NamesWhatItDoesNotShowAndNothingRunsAway) {
+  CalibrationFlightOptions options = ShortFlight();
+  options.motion = GetParam();
+  const CalibrationFlight flight = DrawCalibrationFlight(options);
+  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  ASSERT_TRUE(result) << result.error().message;
+  const std::vector<std::string> text = CalibrationText(*result);
+  EXPECT_TRUE(Says(text, "does not show mount z with world z"));
+  if (GetParam() == CalibrationMotion::kNoRotation) {
+    EXPECT_TRUE(Says(text, "does not show mount x with world"));
+    EXPECT_TRUE(Says(text, "does not show mount y with world"));
+  } else {
+    EXPECT_TRUE(Says(text, "does not show focal length with"));
+  }
+  const Eigen::VectorXd error = Difference(result->refined, flight.truth);
+  for (Eigen::Index i = 0; i < error.size(); ++i) {
+    const double prior_sigma = result->prior_sigmas(i);
+    if (!(prior_sigma > 0)) continue;
+    const std::string& name = result->parameters[static_cast<size_t>(i)].name;
+    EXPECT_LT(std::abs(error(i)), 4.5 * result->sigma(static_cast<int>(i))) << name;
+    EXPECT_LT(std::abs(result->change(i)), 4 * prior_sigma) << name;
+    EXPECT_LT(result->sigma(static_cast<int>(i)), 1.001 * prior_sigma) << name;
+  }
+}
+
 TEST(Calibration, WhatDoesNotHelpUnseenFramesIsNotApplied) {
   CalibrationFlightOptions options = ShortFlight();
   options.errors = false;
