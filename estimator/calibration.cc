@@ -83,8 +83,9 @@ int BlocksFor(const CalibrationProblem& problem, int wanted) {
   return std::clamp(static_cast<int>(length_s / kShortestS), kFewest, wanted);
 }
 
-// The refined set-up as a configuration; the map moves into the ground truth's world.
-Config Refine(const Config& config, const CalibrationState& state) {
+}  // namespace
+
+Config Apply(const Config& config, const CalibrationState& state) {
   Config out = config;
   out.camera = state.camera;
   out.cam_from_body = state.cam_from_body;
@@ -99,8 +100,6 @@ Config Refine(const Config& config, const CalibrationState& state) {
   out.map = TagMap(config.map.family(), std::move(tags));
   return out;
 }
-
-}  // namespace
 
 Result<CalibrationProblem> MakeCalibrationProblem(
     const Config& config, const std::vector<FrameMeasurements>& measurements,
@@ -158,7 +157,7 @@ Result<Calibration> Calibrate(const Config& config,
   out.change = Difference(out.refined, out.given);
   out.covariance = std::move(covariance);
   out.noise = solution.noise;
-  out.config = Refine(config, out.refined);
+  out.config = Apply(config, out.refined);
   out.frames = static_cast<int>(applied.frames.size());
   for (const CalibrationFrame& frame : applied.frames) {
     out.views += static_cast<int>(frame.views.size());

@@ -39,6 +39,9 @@ Result<Calibration> Calibrate(const Config& config,
                               const std::vector<FrameMeasurements>& measurements,
                               const std::vector<TruthSample>& truth);
 
+/// A configuration with that set-up; its map lies in the ground truth's world.
+Config Apply(const Config& config, const CalibrationState& state);
+
 /// The problem that Calibrate solves, all parameters free that the options leave free and something
 /// is seen of.
 Result<CalibrationProblem> MakeCalibrationProblem(

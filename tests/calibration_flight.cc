@@ -111,6 +111,7 @@ CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options)
     FrameMeasurements frame;
     frame.t_ns = std::llround(1e9 * t);
     const Pose body = WorldFromBodyAt(t + out.truth.time_offset_s, options);
+    out.world_from_body.push_back(body);
     for (const Tag& tag : out.truth.tags) {
       if (const auto seen = See(out.truth, tag, body, options.corner_sigma_px, &draw)) {
         frame.tags.push_back(*seen);

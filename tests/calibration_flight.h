@@ -33,6 +33,7 @@ struct CalibrationFlight {
   Config config;  // what is believed; the tags' priors are what they were drawn from
   CalibrationState truth;
   std::vector<FrameMeasurements> measurements;
+  std::vector<Pose> world_from_body;      // of every frame, exact
   std::vector<TruthSample> ground_truth;  // at 200 Hz
 };
 

@@ -1,0 +1,176 @@
+#include "estimator/calibration.h"
+
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+
+#include <cstdio>
+
+#include "apps/in_order.h"
+#include "apps/progress.h"
+#include "apps/usage.h"
+#include "estimator/batch.h"
+#include "estimator/chi_square.h"
+#include "frontend/option_check.h"
+#include "frontend/types/so3.h"
+#include "tests/calibration_flight.h"
+
+DEFINE_int32(seeds, 40, "Flights, every one with noise and tags of its own.");
+DEFINE_int32(frames, 120, "Of a flight, at 10 Hz.");
+DEFINE_int32(threads, 0, "Runs at once; 0: as many as the machine has. The figures do not change.");
+
+namespace tagtwist {
+namespace {
+
+constexpr double kThreeSigma = 3;
+
+// Squared distances of estimated poses from the exact ones, summed over the frames.
+struct PoseScore {
+  double position = 0, rotation = 0;
+  size_t frames = 0;
+};
+
+// One flight: errors of everything but the tags over their sigmas, NEES of all.
+struct CalibrationScore {
+  std::vector<std::string> names;
+  std::vector<double> sigmas_off;
+  double nees = 0;
+  int dof = 0;
+  PoseScore calibrated, knowing;  // batch with the refined set-up, and with the exact one
+};
+
+Result<PoseScore> ScorePoses(const Config& config, const CalibrationFlight& flight) {
+  const auto batch = RunBatch(
+      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator),
+      flight.measurements);
+  if (!batch) return batch.error();
+  PoseScore out;
+  for (size_t i = 0; i < batch->frames.size(); ++i) {
+    const Pose &estimate = batch->frames[i].state.world_from_body,
+               &exact = flight.world_from_body[i];
+    out.position += (estimate.translation() - exact.translation()).squaredNorm();
+    out.rotation += LogSo3(exact.rotation().conjugate() * estimate.rotation()).squaredNorm();
+    ++out.frames;
+  }
+  return out;
+}
+
+Result<CalibrationScore> ScoreSeed(unsigned seed) {
+  CalibrationFlightOptions options;
+  options.frames = FLAGS_frames;
+  options.rate_hz = 10;
+  options.seed = seed;
+  const CalibrationFlight flight = DrawCalibrationFlight(options);
+  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  if (!result) return result.error();
+  CalibrationScore out;
+  const Eigen::VectorXd error = Difference(result->refined, flight.truth);
+  std::vector<int> free;
+  for (int i = 0; i < static_cast<int>(error.size()); ++i) {
+    if (!(result->prior_sigmas(i) > 0)) continue;
+    free.push_back(i);
+    if (i >= LayoutOf(flight.truth).tag(0)) continue;
+    out.names.push_back(result->parameters[static_cast<size_t>(i)].name);
+    out.sigmas_off.push_back(std::abs(error(i)) / result->sigma(i));
+  }
+  const Eigen::VectorXd of_free = error(free);
+  const Eigen::MatrixXd covariance = result->covariance(free, free);
+  out.nees = of_free.dot(covariance.ldlt().solve(of_free));
+  out.dof = static_cast<int>(free.size());
+  const auto calibrated = ScorePoses(result->config, flight);
+  if (!calibrated) return calibrated.error();
+  const auto knowing = ScorePoses(Apply(flight.config, flight.truth), flight);
+  if (!knowing) return knowing.error();
+  out.calibrated = *calibrated;
+  out.knowing = *knowing;
+  return out;
+}
+
+void Add(const PoseScore& of_run, PoseScore* sum) {
+  sum->position += of_run.position;
+  sum->rotation += of_run.rotation;
+  sum->frames += of_run.frames;
+}
+
+void Print(const std::vector<CalibrationScore>& scores) {
+  std::printf("%-20s %8s %10s\n", "parameter", "< 3 sig", "rms sigmas");
+  for (size_t k = 0; k < scores.front().names.size(); ++k) {
+    double within = 0, squares = 0;
+    for (const CalibrationScore& score : scores) {
+      within += score.sigmas_off[k] < kThreeSigma ? 1 : 0;
+      squares += score.sigmas_off[k] * score.sigmas_off[k];
+    }
+    const auto n = static_cast<double>(scores.size());
+    std::printf("%-20s %7.1f%% %10.2f\n", scores.front().names[k].c_str(), 100 * within / n,
+                std::sqrt(squares / n));
+  }
+  double nees = 0, dof = 0;
+  PoseScore calibrated, knowing;
+  for (const CalibrationScore& score : scores) {
+    nees += score.nees;
+    dof += score.dof;
+    Add(score.calibrated, &calibrated);
+    Add(score.knowing, &knowing);
+  }
+  const auto band = MeanChiSquareBand(dof, 1);
+  std::printf(
+      "NEES of all parameters with the tags: %.3f a degree of freedom, 95 %% band %.3f to "
+      "%.3f\n",
+      nees / dof, band.low / dof, band.high / dof);
+  const auto rms = [](double sum, const PoseScore& score) {
+    return std::sqrt(sum / static_cast<double>(score.frames));
+  };
+  const double mm = 1e3 * rms(calibrated.position, calibrated),
+               knowing_mm = 1e3 * rms(knowing.position, knowing);
+  const double mrad = 1e3 * rms(calibrated.rotation, calibrated),
+               knowing_mrad = 1e3 * rms(knowing.rotation, knowing);
+  std::printf(
+      "poses, RMSE: %.3f mm, %.3f mrad; with the exact set-up %.3f mm, %.3f mrad: times "
+      "%.2f, %.2f\n",
+      mm, mrad, knowing_mm, knowing_mrad, mm / knowing_mm, mrad / knowing_mrad);
+}
+
+Status Measure(int threads) {
+  std::vector<CalibrationScore> scores;
+  Progress progress("calibration", static_cast<size_t>(FLAGS_seeds));
+  const auto done = ForEachInOrder(
+      static_cast<size_t>(FLAGS_seeds), threads,
+      [](size_t i) { return ScoreSeed(static_cast<unsigned>(i + 1)); },
+      [&](size_t i, Result<CalibrationScore> score) -> Status {
+        if (!score) return Error{"seed " + std::to_string(i + 1) + ": " + score.error().message};
+        scores.push_back(std::move(*score));
+        progress.Update(i + 1);
+        return Ok();
+      });
+  if (!done) return done;
+  Print(scores);
+  return Ok();
+}
+
+Usage CalibrationUsage() {
+  return {"calibration",
+          "[--seeds N] [--frames N] [--threads N]",
+          "Monte Carlo of --calibrate: flights whose focal length, principal point, distortion,\n"
+          "mount, print scale, clock and tags are all wrong at once, against ground truth.",
+          {{"How much", {"seeds", "frames"}}, {"Running", {"threads"}}}};
+}
+
+std::optional<std::string> FlagProblem() {
+  for (const auto& problem :
+       {CheckRange("seeds", FLAGS_seeds, 1, 1e6), CheckRange("frames", FLAGS_frames, 20, 1e6),
+        CheckRange("threads", FLAGS_threads, 0, 256)}) {
+    if (problem) return "--" + *problem;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+}  // namespace tagtwist
+
+int main(int argc, char** argv) {
+  google::InitGoogleLogging(argv[0]);
+  const tagtwist::Usage usage = tagtwist::CalibrationUsage();
+  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
+  if (const auto problem = tagtwist::FlagProblem()) return tagtwist::Fail(usage, *problem, 2);
+  const auto done = tagtwist::Measure(tagtwist::ResolveThreads(FLAGS_threads));
+  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+}
