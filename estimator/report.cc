@@ -7,6 +7,7 @@
 #include "estimator/pose_series.h"
 #include "estimator/quantile.h"
 #include "estimator/report_bound.h"
+#include "estimator/report_calibration.h"
 #include "estimator/report_page.h"
 #include "estimator/report_pictures.h"
 #include "estimator/report_plots.h"
@@ -229,6 +230,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   std::vector<double> t_s;
   for (const int64_t t_ns : plots.stamps_ns) t_s.push_back(ToSeconds(t_ns - plots.t0_ns));
   page.sections.push_back(FromAbove(plots, input, page.slots));
+  if (input.calibration) page.sections.push_back(CalibrationSection(*input.calibration));
   for (ReportSection& section : TrajectorySections(plots)) {
     page.sections.push_back(std::move(section));
   }

@@ -1,7 +1,9 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "estimator/calibration.h"
 #include "estimator/comparison_table.h"
 #include "estimator/estimate.h"
 #include "estimator/summary_json.h"
@@ -16,6 +18,7 @@ struct ReportInput {
   TagMap map;
   std::vector<TruthSample> truth;   // empty when there is none
   std::vector<ComparisonRow> rows;  // as CompareMethods gives them
+  std::optional<Calibration> calibration;
 };
 
 /// report.html: one file that opens without a network. Words, the table of methods, the trajectory

@@ -77,16 +77,18 @@ std::string GridSvg(const Eigen::AlignedBox2d& box) {
   return out;
 }
 
-std::string TagsSvg(const TagMap& map) {
+std::string TagsSvg(const TagMap& map, const std::map<int, TagMark>& marks) {
   std::string out;
   for (const Tag& tag : map.tags()) {
     out += "<polygon class=\"tag\" points=\"";
     for (const auto& corner : map.CornersInWorld(tag.id)) out += PointText(ToPicture(corner)) + " ";
     out.back() = '"';
+    const auto mark = marks.find(tag.id);
+    if (mark != marks.end()) out += " style=\"fill: " + mark->second.colour + "\"";
     out += "/>";
     const Eigen::Vector2d centre = ToPicture(tag.world_from_tag.translation());
     out += TextSvg(centre.x(), centre.y() + 0.12 * tag.size_m, 0.36 * tag.size_m, "middle",
-                   std::to_string(tag.id));
+                   mark != marks.end() ? mark->second.label : std::to_string(tag.id));
   }
   return out;
 }
@@ -105,14 +107,15 @@ std::string PathSvg(const PicturePath& path) {
 
 }  // namespace
 
-std::string MapPictureSvg(const TagMap& map, const std::vector<PicturePath>& paths) {
+std::string MapPictureSvg(const TagMap& map, const std::vector<PicturePath>& paths,
+                          const std::map<int, TagMark>& marks) {
   const Eigen::AlignedBox2d box = Extent(map, paths);
   std::string out =
       "<div class=\"picture\"><svg class=\"zoomable\" role=\"img\" "
       "aria-label=\"trajectory from above\" viewBox=\"";
   out += Text(box.min().x()) + " " + Text(box.min().y()) + " " + Text(box.sizes().x()) + " " +
          Text(box.sizes().y()) + "\">\n";
-  out += TagsSvg(map) + GridSvg(box);
+  out += TagsSvg(map, marks) + GridSvg(box);
   for (const PicturePath& path : paths) out += PathSvg(path);
   return out + "</svg></div>\n";
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,15 @@ struct PicturePath {
   bool sets_extent = true;  // false: cut at the border, so that outliers do not shrink the rest
 };
 
+/// What a tag's square shows instead of its id, and its colour (CSS).
+struct TagMark {
+  std::string label, colour;
+};
+
 /// The plane z = 0 seen from above as SVG: x of W runs down, y to the right, with a grid in metres,
-/// the tags of the map (which may be empty) and the paths over them.
-std::string MapPictureSvg(const TagMap& map, const std::vector<PicturePath>& paths);
+/// the tags of the map (which may be empty) and the paths over them. `marks`: by tag id.
+std::string MapPictureSvg(const TagMap& map, const std::vector<PicturePath>& paths,
+                          const std::map<int, TagMark>& marks = {});
 
 /// Histogram as SVG; the last bar holds all values above the 99th percentile. Empty for no values.
 std::string HistogramSvg(std::vector<double> values, const std::string& unit);

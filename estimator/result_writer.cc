@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "estimator/calibration_config.h"
+#include "estimator/calibration_json.h"
 #include "estimator/report.h"
 #include "estimator/states_csv.h"
 #include "frontend/ground_truth_io.h"
@@ -37,6 +38,12 @@ PoseSeries ToSeries(const std::vector<TruthSample>& truth) {
   return out;
 }
 
+std::string SummaryText(const Estimate& estimate, const ResultContext& context) {
+  nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
+  if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);
+  return FormatJson(json);
+}
+
 // Name and text of each file; texts are made one at a time.
 using Writer = std::pair<std::string, std::string (*)(const Estimate&, const ResultContext&)>;
 
@@ -52,12 +59,9 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
        }},
       {"states.csv",
        [](const Estimate& e, const ResultContext&) { return FormatStatesCsv(e.frames); }},
-      {"summary.json",
-       [](const Estimate& e, const ResultContext& c) {
-         return FormatJson(SummaryJson(e, c.rows, c.facts));
-       }},
+      {"summary.json", [](const Estimate& e, const ResultContext& c) { return SummaryText(e, c); }},
       {"report.html", [](const Estimate& e, const ResultContext& c) {
-         return FormatReport(e, {c.facts, c.map, c.truth, c.rows});
+         return FormatReport(e, {c.facts, c.map, c.truth, c.rows, c.calibration});
        }}};
   if (!estimate.lagged.empty()) {
     out.push_back({"states_lagged.csv", [](const Estimate& e, const ResultContext&) {

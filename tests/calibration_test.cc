@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "estimator/calibration_config.h"
+#include "estimator/calibration_json.h"
 #include "estimator/calibration_text.h"
 #include "estimator/chi_square.h"
+#include "estimator/format_text.h"
+#include "estimator/report_calibration.h"
 #include "frontend/data_source.h"
 #include "residuals/lens.h"
 #include "tests/calibration_flight.h"
@@ -170,6 +174,21 @@ TEST(Calibration, ConfigurationReadsBack) {
   EXPECT_EQ(config->estimator.window_frames, 17);
   EXPECT_EQ(config->estimator.corner_sigma_px, 0.15);
   EXPECT_FALSE(config->estimator.accel_psd);
+}
+
+TEST(Calibration, SummaryAndReportTellIt) {
+  const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
+  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  ASSERT_TRUE(result) << result.error().message;
+  const nlohmann::ordered_json json = CalibrationJson(*result);
+  const auto& focal = json["parameters"]["focal length"];
+  EXPECT_EQ(focal["change"], result->change(kLogFocal));
+  EXPECT_EQ(focal["applied"], true);
+  ASSERT_EQ(json["tags"].size(), 42u);
+  const double up_mm = 1e3 * json["tags"][0]["up_m"].get<double>();
+  const ReportSection section = CalibrationSection(*result);
+  EXPECT_NE(section.html.find(">" + Format("%+.1f", up_mm) + "</text>"), std::string::npos);
+  EXPECT_NE(section.html.find("principal point"), std::string::npos);
 }
 
 TEST(Calibration, TooFewFramesAreRefused) {
