@@ -21,6 +21,8 @@ constexpr double kMostContradictedShare = 0.06;
 constexpr double kMostNoiseOfContrast = 0.15;
 constexpr double kFloorPx = 0.0015;  // of a corner's standard deviation: what the model leaves out
 constexpr double kLeastCellPx = 1.2;
+constexpr double kEdgeSigmas = 1.8;  // of the blur's two axes together, 2.5 of one: an edge's reach
+constexpr double kRoughPx = 0.15;
 constexpr double kMostSidePx = 400;
 constexpr double kMostSearchPx = 10;
 constexpr double kFarPx = 1e5;
@@ -122,7 +124,7 @@ struct CornerRefiner::Impl {
                       int reach) const;
   std::optional<RefinedTag> Fit(const cv::Mat& gray, const Corners& in_image,
                                 const PatternModel& model, double most_move_px,
-                                const std::optional<PatternLook>& look) const;
+                                const std::optional<PatternLook>& look, double off_px) const;
   const PatternModel* ModelFor(const cv::Mat& gray, int id) const;
 };
 
@@ -148,6 +150,7 @@ std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
   const Eigen::Vector2d end(gray.cols - 1, gray.rows - 1);
   const Eigen::Vector2d first = (low - margin).array().floor().cwiseMax(0.0);
   const Eigen::Vector2d last = (high + margin).cwiseMin(end).array().ceil();
+  out.reserve(static_cast<size_t>(1.6 * QuadArea(view.corners) * most * most));
   for (int y = static_cast<int>(first.y()); y <= last.y(); ++y) {
     Interval row{first.x(), last.x()};
     if (rays.empty()) CutToSquare(*tag_from_pixel, most, y, &row);
@@ -206,16 +209,23 @@ Result<CornerRefiner> CornerRefiner::Create(const TagMap& map, const Camera& cam
 
 std::optional<RefinedTag> CornerRefiner::Impl::Fit(const cv::Mat& gray, const Corners& in_image,
                                                    const PatternModel& model, double most_move_px,
-                                                   const std::optional<PatternLook>& look) const {
+                                                   const std::optional<PatternLook>& look,
+                                                   double off_px) const {
   const auto view = MakeView(in_image);
   if (!view) return std::nullopt;
   const Corners& start = view->corners;
   PatternPixels pixels;
   pixels.origin = 0.25 * (start[0] + start[1] + start[2] + start[3]);
-  for (const PatternPlace& place : FindPlaces(gray, in_image, *view, model)) {
+  auto places = FindPlaces(gray, in_image, *view, model);
+  if (look) {
+    const double sigma_px = std::sqrt(look->blur_px2[0] + look->blur_px2[2]);
+    places = ThinPlaces(model, start, places, kEdgeSigmas * sigma_px + off_px);
+  }
+  pixels.Reserve(places.size());
+  for (const PatternPlace& place : places) {
     pixels.Add(place.at.x(), place.at.y(), gray.at<uint8_t>(place.y, place.x));
   }
-  const auto fit = FitPattern(model, normal, pixels, {start, look});
+  const auto fit = FitPattern(model, normal, pixels, {start, look, off_px > kRoughPx});
   if (!fit) return std::nullopt;
   for (size_t c = 0; c < 4; ++c) {
     if (!((fit->corners[c] - start[c]).norm() < most_move_px)) return std::nullopt;
@@ -250,14 +260,14 @@ std::optional<RefinedTag> CornerRefiner::Refine(const cv::Mat& gray, const TagDe
     const Eigen::Vector2d shift = impl_->Search(gray, in_image, *model, reach).shift_px;
     for (auto& corner : in_image) corner += shift;
   }
-  return impl_->Fit(gray, in_image, *model, kMostMovePx + search_px, {});
+  return impl_->Fit(gray, in_image, *model, kMostMovePx + search_px, {}, 0);
 }
 
 std::optional<RefinedTag> CornerRefiner::Follow(const cv::Mat& gray, const TagDetection& tag,
-                                                const PatternLook& look) const {
+                                                const PatternLook& look, double off_px) const {
   const PatternModel* model = impl_->ModelFor(gray, tag.id);
   if (model == nullptr) return std::nullopt;
-  return impl_->Fit(gray, tag.corners, *model, kMostMovePx, look);
+  return impl_->Fit(gray, tag.corners, *model, kMostMovePx, look, off_px);
 }
 
 double CornerRefiner::Correlation(const cv::Mat& gray, const TagDetection& tag) const {

@@ -47,9 +47,9 @@ class CornerRefiner {
   std::optional<RefinedTag> Refine(const cv::Mat& gray, const TagDetection& tag,
                                    double search_px = 0) const;
   /// The same for a tag that was refined in an image shortly before, from a start that is off by
-  /// 0.5 px at most: faster.
+  /// off_px, 0.5 px at most: faster.
   std::optional<RefinedTag> Follow(const cv::Mat& gray, const TagDetection& tag,
-                                   const PatternLook& look) const;
+                                   const PatternLook& look, double off_px) const;
 
   /// Corners and covariances of all tags of an image (8-bit gray). One that Refine does not believe
   /// keeps its corners, with 1 px as their standard deviation; of the others the looks, by id.

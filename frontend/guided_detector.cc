@@ -109,7 +109,7 @@ std::optional<RefinedTag> GuidedDetector::Fit(const cv::Mat& gray, const CornerR
   const auto look = looks_.find(expected.tag.id);
   if (off_px > kFollowPx) return refiner.Refine(gray, expected.tag, off_px);
   if (look != looks_.end()) {
-    if (auto followed = refiner.Follow(gray, expected.tag, look->second)) return followed;
+    if (auto followed = refiner.Follow(gray, expected.tag, look->second, off_px)) return followed;
   }
   // Newly seen, or lit otherwise than a moment ago.
   if (!(refiner.Correlation(gray, expected.tag) > kLeastCorrelation)) return std::nullopt;

@@ -9,12 +9,16 @@ namespace {
 
 constexpr size_t kLeastPixels = 60;
 constexpr int kMostIterations = 12;
-constexpr size_t kCoarsePixels = 500;    // are enough until steps are small
-constexpr double kNearPx = 0.1;          // a step below this: from here on with all pixels
-constexpr double kConvergedPx = 0.03;    // a step below this is the last, its own error far smaller
-constexpr double kFollowedPx = 0.05;     // likewise, where the look is known
+constexpr size_t kCoarsePixels = 500;  // are enough until steps are small
+constexpr double kNearPx = 0.1;        // a step below this: from here on with all pixels
+constexpr double kConvergedPx = 0.03;  // a step below this is the last, its own error far smaller
+constexpr double kFollowedPx = 0.05;   // likewise, where the look is known
+// Likewise: share of the squared residuals that the last step may take away. More, and residuals
+// before it would tell of the start rather than of noise.
+constexpr double kMostMisfit = 0.05;
 constexpr double kAnotherTag = 0.2;      // contradicted at the start: not that tag, or not there
 constexpr double kMostStepPx = 1.0;      // of a corner
+constexpr double kMostStretch = 1.25;    // of a step
 constexpr double kTukey = 6;             // residuals beyond that many deviations do not count
 constexpr double kLeastNoiseGrey = 0.5;  // 8-bit steps and what the model leaves out
 constexpr double kLeastContrastGrey = 8;
@@ -72,9 +76,10 @@ double LargestShift(const Eigen::Matrix<double, 8, 1>& shift) {
 // columns taken to be like the rows. White noise gives 1.
 double CorrelationFactor(const PatternSums& sums) {
   double factor = 1;
-  for (const double lagged : sums.lagged) {
-    const double chance = 2 / std::sqrt(static_cast<double>(sums.used));
-    factor += 2 * std::max(lagged / sums.psi2 - chance, 0.0);
+  for (size_t lag = 0; lag < sums.lagged.size(); ++lag) {
+    if (!(sums.paired[lag] > 0)) continue;
+    const double pairs = static_cast<double>(sums.used) * sums.paired[lag] / sums.psi2;
+    factor += 2 * std::max(sums.lagged[lag] / sums.paired[lag] - 2 / std::sqrt(pairs), 0.0);
   }
   return factor * factor;
 }
@@ -103,7 +108,8 @@ std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTabl
   auto state = StartState(pixels, start);
   if (!state) return std::nullopt;
   double noise_grey = start.look ? start.look->noise_grey : 0.12 * state->gain;
-  size_t stride = std::max<size_t>(pixels.size() / kCoarsePixels, 1);
+  const bool coarse = !start.look || start.rough;
+  size_t stride = coarse ? std::max<size_t>(pixels.size() / kCoarsePixels, 1) : 1;
   for (int iteration = 1; iteration <= kMostIterations; ++iteration) {
     const PatternSums sums = SumPattern(model, normal, pixels, *state, kTukey * noise_grey, stride);
     if (!(sums.weight > kLeastPixels / 2) || !(sums.d_psi > 0)) return std::nullopt;
@@ -114,13 +120,16 @@ std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTabl
     const Eigen::LDLT<Normal> solver(matrix);
     PatternVector step = solver.solve(sums.gradient);
     if (solver.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
+    const double gain_of_step = step.dot(sums.gradient);
+    // Weighted least squares alone leaves a tenth of the way: the sums' curvature is that of psi'.
+    step *= std::clamp(sums.weight / sums.d_psi, 1.0, kMostStretch);
     Matrix8d d_corners;
     PatternCorners(*state, &d_corners);
     const double shift = LargestShift(d_corners * step.head<8>());
     if (shift > kMostStepPx) step.head<8>() *= kMostStepPx / shift;
     *state = Move(*state, step);
     if (!(state->gain >= kLeastContrastGrey)) return std::nullopt;
-    const bool settled = start.look ? shift < kFollowedPx && sums.noise_grey < 1.5 * noise_grey
+    const bool settled = start.look ? shift < kFollowedPx && gain_of_step < kMostMisfit * sums.psi2
                                     : shift < kConvergedPx && iteration > 2;
     if (settled && stride == 1) {
       PatternFit fit = Finish(*state, sums, solver);

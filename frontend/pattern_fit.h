@@ -15,6 +15,7 @@ struct PatternStart {
   /// the fit may end at its first iteration, and one that many pixels contradict at once is given
   /// up.
   std::optional<PatternLook> look;
+  bool rough = false;  // with a look: the corners are off by more than a tenth of a pixel
 };
 
 /// A pattern aligned to an image.

@@ -30,4 +30,10 @@ PatternMatch SearchPattern(const cv::Mat& gray, const PatternModel& model,
                            const NormalTable& normal, const std::array<Eigen::Vector2d, 4>& corners,
                            const std::vector<PatternPlace>& places, int reach);
 
+/// The places that tell of more than greys: those within reach_px of an edge of the pattern; and
+/// every fourth of the others, for the greys.
+std::vector<PatternPlace> ThinPlaces(const PatternModel& model,
+                                     const std::array<Eigen::Vector2d, 4>& corners,
+                                     const std::vector<PatternPlace>& places, double reach_px);
+
 }  // namespace tagtwist

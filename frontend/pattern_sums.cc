@@ -89,6 +89,7 @@ class Pass {
 
   RowProducts products_;
   std::array<float, 2> last_psi_{};  // of the pixel before and the one before that
+  int run_ = 0;                      // pixels to the left of this one without a gap
   Magnitudes magnitudes_;
   PatternSums sums_;
 };
@@ -207,18 +208,26 @@ void Pass::Weigh(const PatternSample<Column>& sample, int n) {
 void Pass::Count(int n) {
   const float half_contrast = 0.5F * gain_;
   const Column psi = weight_ * residual_;
-  float lag1 = 0, lag2 = 0;
+  float lag1 = 0, lag2 = 0, paired1 = 0, paired2 = 0;
   for (int i = 0; i < n; ++i) {
     const float magnitude = std::abs(residual_[i]);
     magnitudes_.Add(magnitude);
     sums_.contradicted += magnitude > half_contrast ? 1 : 0;
-    if (!follows_[static_cast<size_t>(i)]) last_psi_ = {};
-    lag1 += psi[i] * last_psi_[0];
-    lag2 += psi[i] * last_psi_[1];
+    run_ = follows_[static_cast<size_t>(i)] ? run_ + 1 : 0;
+    if (run_ > 0) {
+      lag1 += psi[i] * last_psi_[0];
+      paired1 += psi[i] * psi[i];
+    }
+    if (run_ > 1) {
+      lag2 += psi[i] * last_psi_[1];
+      paired2 += psi[i] * psi[i];
+    }
     last_psi_ = {psi[i], last_psi_[0]};
   }
   sums_.lagged[0] += static_cast<double>(lag1);
   sums_.lagged[1] += static_cast<double>(lag2);
+  sums_.paired[0] += static_cast<double>(paired1);
+  sums_.paired[1] += static_cast<double>(paired2);
   sums_.weight += static_cast<double>(weight_.sum());
   sums_.psi2 += static_cast<double>(psi.square().sum());
   sums_.d_psi += static_cast<double>(d_psi_.sum());

@@ -15,6 +15,11 @@ struct PatternPixels {
   std::vector<float> grey;  // 0 to 255
 
   size_t size() const { return grey.size(); }
+  void Reserve(size_t n) {
+    x.reserve(n);
+    y.reserve(n);
+    grey.reserve(n);
+  }
   void Add(double x_px, double y_px, uint8_t grey_value) {
     x.push_back(static_cast<float>(x_px - origin.x()));
     y.push_back(static_cast<float>(y_px - origin.y()));
@@ -28,6 +33,7 @@ struct PatternSums {
   PatternVector gradient;                                            // sum w row residual
   double weight = 0, psi2 = 0, d_psi = 0;                            // psi = w residual
   std::array<double, 2> lagged{};     // sum psi psi' over pixels one and two apart in a row
+  std::array<double, 2> paired{};     // sum psi^2 over those that have such a pixel to the left
   size_t used = 0, contradicted = 0;  // contradicted: off by more than half the contrast
   double noise_grey = 0;  // robust standard deviation of the residuals, from their median
 };
