@@ -74,6 +74,15 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
   } else if (measurement.closed_form.twist_ransac) {
     frame.state.twist = *measurement.closed_form.twist_ransac;
   }
+  if (predicted && measurement.tags.size() > 1) {  // one alone may have two poses
+    frame.state = predicted->state;
+    frame.tags = TagsAtTheirPlace(setup, frame, measurement.tags, kFarPx);
+    if (frame.tags.size() == measurement.tags.size()) {
+      out.starts = {frame};
+      return out;
+    }
+    frame.tags.clear();
+  }
   const PoseSeed seed = SeedPose(measurement.tags, setup.map, setup.camera, setup.cam_from_body);
   const auto pose = ChoosePose(seed, last == nullptr ? nullptr : &frame.state.world_from_body);
   if (!pose) {

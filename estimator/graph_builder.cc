@@ -70,13 +70,7 @@ void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& inp
 
 void AddMotion(const NoiseModel& noise, Graph* graph) {
   for (size_t i = 0; i + 1 < graph->states.size(); ++i) {
-    const int k = static_cast<int>(i);
-    Factor factor;
-    factor.kind = FactorKind::kMotion;
-    factor.blocks = {PoseOf(k), RatesOf(k), PoseOf(k + 1), RatesOf(k + 1)};
-    factor.cost = std::make_shared<MotionResidual>(
-        ToSeconds(graph->states[i + 1].t_ns - graph->states[i].t_ns), noise.linear, noise.angular);
-    graph->factors.push_back(std::move(factor));
+    graph->factors.push_back(MotionFactor(*graph, static_cast<int>(i), noise));
   }
 }
 
@@ -137,6 +131,17 @@ bool CanBeEvaluated(const Graph& graph, const Factor& factor) {
 }
 
 }  // namespace
+
+Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise) {
+  const GraphState &first = graph.states[static_cast<size_t>(k)],
+                   &second = graph.states[static_cast<size_t>(k) + 1];
+  Factor factor;
+  factor.kind = FactorKind::kMotion;
+  factor.blocks = {PoseOf(k), RatesOf(k), PoseOf(k + 1), RatesOf(k + 1)};
+  factor.cost = std::make_shared<MotionResidual>(ToSeconds(second.t_ns - first.t_ns), noise.linear,
+                                                 noise.angular);
+  return factor;
+}
 
 Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input) {
   Graph graph;

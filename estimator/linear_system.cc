@@ -148,6 +148,12 @@ bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out
   return true;
 }
 
+double RobustCost(const Factor& factor, const LinearFactor& linear) {
+  const double weighted = linear.residual.squaredNorm();  // weight * norm^2
+  if (linear.weight >= 1) return 0.5 * weighted;
+  return weighted - 0.5 * factor.huber_delta * factor.huber_delta;  // delta norm - delta^2 / 2
+}
+
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
   const int size = static_cast<int>(graph.states.size());
   LinearSystem system{BlockBandedMatrix(size, std::min(size - 1, Bandwidth(graph, use))),

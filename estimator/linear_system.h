@@ -20,6 +20,9 @@ struct LinearFactor {
 /// camera).
 bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out);
 
+/// Half the sum of squares of a linearised factor, under its Huber loss.
+double RobustCost(const Factor& factor, const LinearFactor& linear);
+
 /// Columns of a block in its factor's Jacobian.
 int TangentSize(BlockRef::Kind kind);
 

@@ -123,6 +123,14 @@ std::vector<bool> UsedByMarginalisation(const Graph& graph) {
   return use;
 }
 
+Factor GaussianPrior(const GraphState& state, const Eigen::MatrixXd& hessian,
+                     const Eigen::VectorXd& gradient) {
+  Graph graph;
+  graph.states = {state, state};
+  return MakePriorFactor(graph, {{BlockRef::Kind::kPose, 1}, {BlockRef::Kind::kRates, 1}},
+                         {hessian, gradient});
+}
+
 std::optional<Factor> MarginalizeFirstState(const Graph& graph) {
   const std::vector<bool> use = UsedByMarginalisation(graph);
   const std::vector<BlockRef> blocks = RemainingBlocks(graph, use);

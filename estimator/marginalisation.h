@@ -13,6 +13,11 @@ namespace tagtwist {
 /// UsedByMarginalisation.
 std::optional<Factor> MarginalizeFirstState(const Graph& graph);
 
+/// A Gaussian prior on a graph's first state with that Hessian and gradient at `state`: what
+/// MarginalizeFirstState makes of all that is known of one state.
+Factor GaussianPrior(const GraphState& state, const Eigen::MatrixXd& hessian,
+                     const Eigen::VectorXd& gradient);
+
 /// Which factors MarginalizeFirstState consumes: one flag a factor.
 std::vector<bool> UsedByMarginalisation(const Graph& graph);
 

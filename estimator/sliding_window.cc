@@ -109,8 +109,9 @@ void SlidingWindow::AddFrame(const FrameMeasurements& measurement, const FrameSt
     return;
   }
   constexpr size_t kMost = 3;
-  const WindowHypothesis before = hypotheses_.empty() ? WindowHypothesis() : hypotheses_.front();
-  hypotheses_.resize(std::min(kMost, starts.starts.size()), before);
+  if (hypotheses_.empty()) hypotheses_.emplace_back();
+  const size_t n = std::min(kMost, starts.starts.size());
+  while (hypotheses_.size() < n) hypotheses_.push_back(hypotheses_.front());
   for (size_t i = 0; i < hypotheses_.size(); ++i) {
     hypotheses_[i].input.frames.push_back(starts.starts[i]);
   }
@@ -123,11 +124,12 @@ Status SlidingWindow::SolveAll() {
     hypothesis.input.first_frame = first_frame_;
     hypothesis.input.segments = segmenter_.segments();
     if (full && !has_learned_) {  // from the likeliest so far
+      hypothesis.TakePrior();
       const auto learned = SolveAndLearn(setup_, options, &hypothesis.input, &noise_);
       if (!learned) return learned.error();
       has_learned_ = true;
     }
-    const auto solved = SolveHypothesis(setup_, noise_, options, &hypothesis);
+    const auto solved = SolveOne(&hypothesis);
     if (!solved) return solved;
   }
   Prune(&hypotheses_);
@@ -137,7 +139,14 @@ Status SlidingWindow::SolveAll() {
   segmenter_.Reject(ContradictedSegments(only.solution.graph, only.input.segments.size()));
   if (!DropContradicted(&only)) return Ok();
   only.input.segments = segmenter_.segments();
-  return SolveHypothesis(setup_, noise_, options, &only);
+  return SolveOne(&only);
+}
+
+Status SlidingWindow::SolveOne(WindowHypothesis* hypothesis) {
+  const SolveOptions options{setup_.options.window_iterations, 1e-6};
+  const bool steps = hypotheses_.size() == 1 && WindowSystem::Fits(setup_, hypothesis->input);
+  return steps ? StepHypothesis(setup_, noise_, options, hypothesis)
+               : SolveHypothesis(setup_, noise_, options, hypothesis);
 }
 
 void SlidingWindow::LookIntoTheMirror() {
@@ -211,6 +220,23 @@ std::vector<FrameEstimate> SlidingWindow::EstimatesOfAll() const {
   return out;
 }
 
+NoiseStatistics SlidingWindow::StatisticsOfLeaving() const {
+  const WindowHypothesis& hypothesis = hypotheses_.front();
+  const Solution& solution = hypothesis.solution;
+  if (!hypothesis.is_step || solution.graph.states.size() < 2) {
+    return ComputeNoiseStatistics(solution.graph, solution.covariance, noise_, {0, 1});
+  }
+  // A step keeps no factors: those of the first frame, and of its motion to the next.
+  GraphInput two;
+  two.frames.assign(hypothesis.input.frames.begin(), hypothesis.input.frames.begin() + 2);
+  two.frames[1].tags.clear();
+  BlockBandedMatrix covariance(2, 1);
+  covariance.At(0, 0) = solution.covariance.At(0, 0);
+  covariance.At(1, 0) = solution.covariance.At(1, 0);
+  covariance.At(1, 1) = solution.covariance.At(1, 1);
+  return ComputeNoiseStatistics(BuildGraph(setup_, noise_, two), covariance, noise_, {0, 1});
+}
+
 void SlidingWindow::LearnFromLeavingState() {
   const Solution& solution = hypotheses_.front().solution;
   if (GapSeconds(hypotheses_.front(), 0) == 0) {
@@ -218,7 +244,7 @@ void SlidingWindow::LearnFromLeavingState() {
                           noise_.linear, noise_.angular);
   }
   statistics_ = statistics_ * kFade;
-  statistics_ += ComputeNoiseStatistics(solution.graph, solution.covariance, noise_, {0, 1});
+  statistics_ += StatisticsOfLeaving();
   noise_ = UpdateNoise(noise_, statistics_, setup_.options);
 }
 

@@ -59,10 +59,12 @@ class SlidingWindow {
   bool MustStartAnew(const std::optional<Pose>& excluded, const FrameMeasurements& measurement);
   void AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts);
   Status SolveAll();
+  Status SolveOne(WindowHypothesis* hypothesis);
   void LookIntoTheMirror();
   double GapSeconds(const WindowHypothesis& hypothesis, int state) const;
   FrameEstimate EstimateOf(int state) const;
   std::vector<FrameEstimate> EstimatesOfAll() const;
+  NoiseStatistics StatisticsOfLeaving() const;
   void LearnFromLeavingState();
   void LetTheOldestLeave();
   void Forget(size_t n_frames);

@@ -10,9 +10,6 @@
 namespace tagtwist {
 namespace {
 
-// A measurement whose Huber weight is below this contradicts the rest.
-constexpr double kLeastWeight = 0.6;
-
 void DropSegments(const std::vector<bool>& drop, GraphInput* input) {
   std::vector<TrackSegment> kept;
   for (size_t s = 0; s < drop.size(); ++s) {
@@ -81,7 +78,8 @@ std::vector<TagRef> ContradictedTags(const Graph& graph) {
   LinearFactor linear;
   for (const Factor& factor : graph.factors) {
     if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
-    if (linear.weight < kLeastWeight) out.push_back({factor.blocks.front().index, factor.source});
+    if (linear.weight < kContradictedWeight)
+      out.push_back({factor.blocks.front().index, factor.source});
   }
   return out;
 }
@@ -101,7 +99,7 @@ std::vector<bool> ContradictedSegments(const Graph& graph, size_t n) {
   LinearFactor linear;
   for (const Factor& factor : graph.factors) {
     if (factor.kind != FactorKind::kTrack || !LinearizeFactor(graph, factor, &linear)) continue;
-    if (linear.weight < kLeastWeight) out[static_cast<size_t>(factor.source)] = true;
+    if (linear.weight < kContradictedWeight) out[static_cast<size_t>(factor.source)] = true;
   }
   return out;
 }

@@ -30,7 +30,10 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
 Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
                                GraphInput* input, NoiseModel* noise);
 
-/// Tags that the solution contradicts (Huber weight below 0.6), as state and index in its frame.
+/// A measurement whose Huber weight is below this contradicts the rest.
+inline constexpr double kContradictedWeight = 0.6;
+
+/// Tags that the solution contradicts, as state and index in its frame.
 struct TagRef {
   int state = 0, tag = 0;
 };

@@ -11,15 +11,6 @@
 namespace tagtwist {
 namespace {
 
-// Half the sum of squares of a factor at the graph's values, robust.
-double CostOf(const Graph& graph, const Factor& factor) {
-  LinearFactor linear;
-  if (!LinearizeFactor(graph, factor, &linear)) return 0;
-  const double weighted = linear.residual.squaredNorm();  // weight * norm^2
-  if (linear.weight >= 1) return 0.5 * weighted;
-  return weighted - 0.5 * factor.huber_delta * factor.huber_delta;  // delta norm - delta^2 / 2
-}
-
 // Newest states within a standard deviation of one another: two minima that are none.
 bool TellTheSame(const WindowHypothesis& a, const WindowHypothesis& b) {
   const int newest = static_cast<int>(a.input.frames.size()) - 1;
@@ -30,8 +21,14 @@ bool TellTheSame(const WindowHypothesis& a, const WindowHypothesis& b) {
 
 }  // namespace
 
+void WindowHypothesis::TakePrior() {
+  if (is_step) input.prior = system.Prior();
+  is_step = false;
+}
+
 Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                        const SolveOptions& options, WindowHypothesis* hypothesis) {
+  hypothesis->TakePrior();
   auto solution = SolveAndInvert(setup, noise, hypothesis->input, options);
   if (!solution) return solution.error();
   TakeStates(solution->graph, &hypothesis->input.frames);
@@ -39,10 +36,27 @@ Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
   return Ok();
 }
 
+Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
+                      const SolveOptions& options, WindowHypothesis* hypothesis) {
+  if (!hypothesis->is_step) hypothesis->system = WindowSystem();
+  auto solution = hypothesis->system.Solve(setup, noise, options, hypothesis->input);
+  if (!solution) return solution.error();
+  hypothesis->is_step = true;
+  TakeStates(solution->graph, &hypothesis->input.frames);
+  hypothesis->solution = std::move(*solution);
+  return Ok();
+}
+
 bool DropContradicted(WindowHypothesis* hypothesis) {
-  const std::vector<TagRef> wrong = ContradictedTags(hypothesis->solution.graph);
   std::vector<GraphFrame>& frames = hypothesis->input.frames;
   const int newest = static_cast<int>(frames.size()) - 1;
+  std::vector<TagRef> wrong;
+  if (!hypothesis->is_step) wrong = ContradictedTags(hypothesis->solution.graph);
+  for (int k = 0; hypothesis->is_step && k <= newest; ++k) {
+    for (const int tag : hypothesis->system.TagsBelow(k, kContradictedWeight)) {
+      wrong.push_back({k, tag});
+    }
+  }
   const auto n_newest = static_cast<size_t>(std::count_if(
       wrong.begin(), wrong.end(), [&](const TagRef& ref) { return ref.state == newest; }));
   if (2 * n_newest > frames.back().tags.size()) return false;
@@ -51,12 +65,21 @@ bool DropContradicted(WindowHypothesis* hypothesis) {
 }
 
 void MarginalizeOldest(WindowHypothesis* hypothesis) {
+  GraphInput& input = hypothesis->input;
+  if (hypothesis->is_step) {
+    hypothesis->system.MarginalizeFirst();
+    input.frames.erase(input.frames.begin());
+    ++input.first_frame;
+    return;
+  }
   const Graph& graph = hypothesis->solution.graph;
   const std::vector<bool> use = UsedByMarginalisation(graph);
   for (size_t f = 0; f < use.size(); ++f) {
-    if (use[f]) hypothesis->settled_cost += CostOf(graph, graph.factors[f]);
+    LinearFactor linear;
+    if (use[f] && LinearizeFactor(graph, graph.factors[f], &linear)) {
+      hypothesis->settled_cost += RobustCost(graph.factors[f], linear);
+    }
   }
-  GraphInput& input = hypothesis->input;
   input.prior = MarginalizeFirstState(graph);
   if (input.prior) {
     Eigen::VectorXd offset(input.prior->cost->num_residuals());

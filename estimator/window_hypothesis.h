@@ -3,6 +3,7 @@
 
 #include "estimator/graph_builder.h"
 #include "estimator/smoother.h"
+#include "estimator/window_system.h"
 #include "frontend/types/result.h"
 
 namespace tagtwist {
@@ -16,14 +17,23 @@ struct WindowHypothesis {
   GraphInput input;         // the frames, and the prior of those that left
   Solution solution;        // of the last solve
   double settled_cost = 0;  // of all that left, beyond what the prior still holds
+  WindowSystem system;      // what the last solve was made with, if it was a step; it then has the
+  bool is_step = false;     // prior
 
   /// Half the sum of squares of all that came until now.
   double Cost() const { return settled_cost + solution.cost; }
+  /// Makes `input` whole: after steps the system has the prior.
+  void TakePrior();
 };
 
 /// Solves, and takes over states and solution; unchanged on an error.
 Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                        const SolveOptions& options, WindowHypothesis* hypothesis);
+
+/// The same by WindowSystem, where the hypothesis is alone and no track is in it: costs are kept
+/// but for a constant.
+Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
+                      const SolveOptions& options, WindowHypothesis* hypothesis);
 
 /// Takes out the tags that the solution contradicts, unless they are most of the newest frame's:
 /// then its state is wrong rather than they. True where there were any.

@@ -1,0 +1,271 @@
+#include "estimator/window_system.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <utility>
+
+#include "estimator/linear_system.h"
+#include "estimator/marginalisation.h"
+#include "frontend/types/so3.h"
+
+namespace tagtwist {
+namespace {
+
+constexpr int kSize = BlockBandedMatrix::kSize;
+using Vector18 = Eigen::Matrix<double, kSize, 1>;
+
+// state = reference [+] difference, in the error state of GraphState.
+Vector18 Difference18(const GraphState& state, const GraphState& reference) {
+  Vector18 out;
+  out.head<3>() = LogSo3(reference.pose.rotation().conjugate() * state.pose.rotation());
+  out.segment<3>(3) = state.pose.translation() - reference.pose.translation();
+  out.tail<12>() = state.rates - reference.rates;
+  return out;
+}
+
+GraphState Moved(const GraphState& state, const Vector18& step) {
+  GraphState out = state;
+  out.pose = MakePose(state.pose.rotation() * ExpSo3(step.head<3>()),
+                      state.pose.translation() + step.segment<3>(3));
+  out.rates += step.tail<12>();
+  return out;
+}
+
+// Tags: a turn by this bends their pixels by less than 1e-4 px, as does a thousandth of the
+// distance.
+constexpr double kTagTurnRad = 5e-4, kTagMoveM = 5e-4;
+// Motion: what of the turn between two states changes is squared in what is neglected.
+constexpr double kMotionTurnRad = 1e-4, kMotionTurnBothRad = 2e-3;
+
+// A graph of those frames alone, without tracks or prior.
+Graph GraphOf(const EstimatorSetup& setup, const NoiseModel& noise,
+              std::vector<GraphFrame> frames) {
+  GraphInput input;
+  input.frames = std::move(frames);
+  return BuildGraph(setup, noise, input);
+}
+
+}  // namespace
+
+bool WindowSystem::Fits(const EstimatorSetup& setup, const GraphInput& input) {
+  if (input.prior) {
+    for (const BlockRef& block : input.prior->blocks) {
+      if (block.index != 0) return false;
+    }
+  }
+  if (!setup.options.use_tracks || !setup.world_from_plane) return true;
+  return std::none_of(
+      input.segments.begin(), input.segments.end(), [&](const TrackSegment& segment) {
+        return segment.pixels.size() > 1 && segment.first_frame >= input.first_frame;
+      });
+}
+
+void WindowSystem::LinearizeTags(const EstimatorSetup& setup, const NoiseModel& noise,
+                                 const GraphFrame& frame, TagForm* form) const {
+  *form = TagForm();
+  form->reference = frame.state.world_from_body;
+  form->weights.assign(frame.tags.size(), 1);
+  const Graph graph = GraphOf(setup, noise, {frame});
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
+    form->hessian.noalias() += linear.jacobian.transpose() * linear.jacobian;
+    form->gradient.noalias() += linear.jacobian.transpose() * linear.residual;
+    form->cost += RobustCost(factor, linear);
+    form->weights[static_cast<size_t>(factor.source)] = linear.weight;
+  }
+}
+
+void WindowSystem::LinearizeMotion(const NoiseModel& noise, size_t k) {
+  MotionForm form;
+  form.first = states_[k - 1];
+  form.second = states_[k];
+  Graph graph;
+  graph.states = {form.first, form.second};
+  const Factor factor = MotionFactor(graph, 0, noise);
+  LinearFactor linear;
+  LinearizeFactor(graph, factor, &linear);
+  const Eigen::Matrix<double, 18, 18> j0 = linear.jacobian.leftCols<18>(),
+                                      j1 = linear.jacobian.rightCols<18>();
+  form.h00.noalias() = j0.transpose() * j0;
+  form.h10.noalias() = j1.transpose() * j0;
+  form.h11.noalias() = j1.transpose() * j1;
+  form.g0.noalias() = j0.transpose() * linear.residual;
+  form.g1.noalias() = j1.transpose() * linear.residual;
+  form.cost = RobustCost(factor, linear);
+  frames_[k].motion = form;
+}
+
+void WindowSystem::LinearizePrior(const Factor& factor) {
+  Graph graph;
+  graph.states = {states_.front()};
+  graph.factors = {factor};
+  const LinearSystem system = tagtwist::Linearize(graph);
+  prior_ = PriorForm{states_.front(), system.hessian.At(0, 0).selfadjointView<Eigen::Lower>(),
+                     system.gradient};
+}
+
+void WindowSystem::Linearize(const EstimatorSetup& setup, const NoiseModel& noise,
+                             const GraphInput& input) {
+  const auto size = input.frames.size();
+  states_.clear();
+  for (const GraphFrame& frame : input.frames) {
+    states_.push_back(ToGraphState(frame.t_ns, frame.state, frame.acceleration));
+  }
+  if (frames_.empty() || frames_.front().t_ns != input.frames.front().t_ns) {  // another window
+    frames_.clear();
+    prior_.reset();
+  }
+  if (!prior_) {
+    GraphFrame first = input.frames.front();
+    first.tags.clear();
+    LinearizePrior(input.prior ? *input.prior : GraphOf(setup, noise, {first}).factors.front());
+  }
+  frames_.resize(std::min(frames_.size(), size));
+  for (size_t k = 0; k < size; ++k) {
+    const GraphFrame& frame = input.frames[k];
+    const bool is_new = k == frames_.size();
+    if (is_new) {
+      frames_.emplace_back();
+      frames_[k].t_ns = frame.t_ns;
+    }
+    if (k > 0) LinearizeMotion(noise, k);
+    if (is_new || frames_[k].tags.weights.size() != frame.tags.size()) {
+      LinearizeTags(setup, noise, frame, &frames_[k].tags);
+    }
+  }
+}
+
+bool WindowSystem::LinearizeWhatMoved(const EstimatorSetup& setup, const NoiseModel& noise,
+                                      const GraphInput& input) {
+  bool any = false;
+  for (size_t k = 0; k < states_.size(); ++k) {
+    TagForm& tags = frames_[k].tags;
+    GraphState at_tags;
+    at_tags.pose = tags.reference;
+    const Vector18 moved = Difference18(states_[k], at_tags);
+    if (!tags.weights.empty() &&
+        (moved.head<3>().norm() > kTagTurnRad || moved.segment<3>(3).norm() > kTagMoveM)) {
+      GraphFrame frame = input.frames[k];
+      frame.state = ToBodyState(states_[k]);
+      LinearizeTags(setup, noise, frame, &tags);
+      any = true;
+    }
+    if (k == 0) continue;
+    const MotionForm& motion = *frames_[k].motion;
+    const Vector18 first = Difference18(states_[k - 1], motion.first),
+                   second = Difference18(states_[k], motion.second);
+    if ((second - first).head<3>().norm() > kMotionTurnRad ||
+        second.head<3>().norm() > kMotionTurnBothRad) {
+      LinearizeMotion(noise, k);
+      any = true;
+    }
+  }
+  return any;
+}
+
+// Normal equations at the states, from the forms.
+BlockBandedMatrix WindowSystem::Assemble(Eigen::VectorXd* gradient, double* cost) const {
+  const int size = static_cast<int>(states_.size());
+  BlockBandedMatrix hessian(size, std::min(size - 1, 1));
+  gradient->setZero(kSize * size);
+  *cost = 0;
+  const Vector18 d_prior = Difference18(states_.front(), prior_->reference);
+  hessian.At(0, 0) += prior_->hessian;
+  const Vector18 h_prior = prior_->hessian * d_prior;
+  gradient->head<kSize>() += prior_->gradient + h_prior;
+  *cost += d_prior.dot(prior_->gradient + 0.5 * h_prior);
+  for (int k = 0; k < size; ++k) {
+    const FrameForms& forms = frames_[static_cast<size_t>(k)];
+    const GraphState& state = states_[static_cast<size_t>(k)];
+    if (!forms.tags.weights.empty()) {
+      GraphState reference;
+      reference.pose = forms.tags.reference;
+      const Vector6 d = Difference18(state, reference).head<6>();
+      const Vector6 h = forms.tags.hessian * d;
+      hessian.At(k, k).topLeftCorner<6, 6>() += forms.tags.hessian;
+      gradient->segment<6>(kSize * k) += forms.tags.gradient + h;
+      *cost += forms.tags.cost + d.dot(forms.tags.gradient + 0.5 * h);
+    }
+    if (k == 0) continue;
+    const MotionForm& motion = *forms.motion;
+    const Vector18 d0 = Difference18(states_[static_cast<size_t>(k - 1)], motion.first),
+                   d1 = Difference18(state, motion.second);
+    const Vector18 h0 = motion.h00 * d0 + motion.h10.transpose() * d1,
+                   h1 = motion.h10 * d0 + motion.h11 * d1;
+    hessian.At(k - 1, k - 1) += motion.h00;
+    hessian.At(k, k - 1) += motion.h10;
+    hessian.At(k, k) += motion.h11;
+    gradient->segment<kSize>(kSize * (k - 1)) += motion.g0 + h0;
+    gradient->segment<kSize>(kSize * k) += motion.g1 + h1;
+    *cost += motion.cost + d0.dot(motion.g0 + 0.5 * h0) + d1.dot(motion.g1 + 0.5 * h1);
+  }
+  return hessian;
+}
+
+Result<Solution> WindowSystem::Solve(const EstimatorSetup& setup, const NoiseModel& noise,
+                                     const SolveOptions& options, const GraphInput& input) {
+  Linearize(setup, noise, input);
+  Solution out;
+  Eigen::VectorXd gradient;
+  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+    const BlockBandedCholesky cholesky(Assemble(&gradient, &out.cost));
+    if (!cholesky.ok()) return Error{"the normal equations are not positive definite"};
+    const Eigen::VectorXd step = cholesky.Solve(-gradient);
+    out.cost += 0.5 * gradient.dot(step);
+    for (size_t k = 0; k < states_.size(); ++k) {
+      states_[k] = Moved(states_[k], step.segment<kSize>(kSize * static_cast<int>(k)));
+    }
+    const bool moved = LinearizeWhatMoved(setup, noise, input);
+    if (moved && iteration + 1 < options.max_iterations) continue;
+    out.covariance = cholesky.SelectedInverse();
+    break;
+  }
+  out.graph.states = states_;
+  return out;
+}
+
+std::vector<int> WindowSystem::TagsBelow(int k, double least) const {
+  std::vector<int> out;
+  const std::vector<double>& weights = frames_[static_cast<size_t>(k)].tags.weights;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    if (weights[i] < least) out.push_back(static_cast<int>(i));
+  }
+  return out;
+}
+
+void WindowSystem::MarginalizeFirst() {
+  // The first state, and what touches it.
+  const MotionForm& motion = *frames_[1].motion;
+  const Vector18 d_prior = Difference18(states_[0], prior_->reference),
+                 d0 = Difference18(states_[0], motion.first),
+                 d1 = Difference18(states_[1], motion.second);
+  Block h00 = prior_->hessian + motion.h00;
+  Vector18 g0 = prior_->gradient + prior_->hessian * d_prior + motion.g0 + motion.h00 * d0 +
+                motion.h10.transpose() * d1;
+  const Vector18 g1 = motion.g1 + motion.h10 * d0 + motion.h11 * d1;
+  const TagForm& tags = frames_[0].tags;
+  if (!tags.weights.empty()) {
+    GraphState reference;
+    reference.pose = tags.reference;
+    h00.topLeftCorner<6, 6>() += tags.hessian;
+    g0.head<6>() += tags.gradient + tags.hessian * Difference18(states_[0], reference).head<6>();
+  }
+  const Eigen::LLT<Block> leaving(h00);
+  const Block gain = leaving.solve(motion.h10.transpose());
+  PriorForm prior{states_[1], motion.h11, g1};
+  prior.hessian.noalias() -= motion.h10 * gain;
+  prior.hessian = (0.5 * (prior.hessian + prior.hessian.transpose())).eval();
+  prior.gradient.noalias() -= gain.transpose() * g0;
+  prior_ = prior;
+  states_.erase(states_.begin());
+  frames_.pop_front();
+  frames_.front().motion.reset();
+}
+
+std::optional<Factor> WindowSystem::Prior() const {
+  if (!prior_) return std::nullopt;
+  return GaussianPrior(prior_->reference, prior_->hessian, prior_->gradient);
+}
+
+}  // namespace tagtwist
