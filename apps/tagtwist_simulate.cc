@@ -1,5 +1,6 @@
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -21,6 +22,12 @@ Status Simulate(const SimulateJob& job) {
   const auto simulator = Simulator::Make(config->camera, config->cam_from_body, config->map,
                                          *trajectory, job.simulator);
   if (!simulator) return simulator.error();
+  const bool sees_tags = std::any_of(stamps_ns->begin(), stamps_ns->end(), [&](int64_t t_ns) {
+    return !simulator->FindVisibleTags(t_ns).empty();
+  });
+  if (!sees_tags) {
+    std::cerr << "tagtwist_simulate: no frame sees a tag: does cam_from_body look at the map?\n";
+  }
 
   const auto writer = CreateDatasetWriter(job.output, *ParseFormat(job.format));
   if (!writer) return writer.error();

@@ -67,6 +67,8 @@ class Simulator {
   std::vector<ImuSample> MakeImu(int64_t first_ns, int64_t last_ns) const;
 
   const SplineTrajectory& trajectory() const { return trajectory_; }
+  /// Tags that the camera sees whole and from their front, with their true corners.
+  std::vector<TagDetection> FindVisibleTags(int64_t t_ns) const;
 
  private:
   Simulator(Renderer renderer, const Pose& cam_from_body, const TagMap& map,
@@ -74,7 +76,6 @@ class Simulator {
   Pose WorldFromCam(int64_t t_ns) const;
   bool TagsAreHiddenAt(int64_t t_ns) const;
   std::vector<Pose> ExposurePoses(int64_t t_ns) const;
-  std::vector<TagDetection> FindVisibleTags(int64_t t_ns) const;
   void Disturb(uint64_t index, std::vector<TagDetection>* detections) const;
 
   Renderer renderer_;

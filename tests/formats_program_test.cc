@@ -211,6 +211,27 @@ std::string Room() {
 
 using SlowFormatsProgram = FormatsProgram;
 
+// What Kalibr users have: its camchain and its grid of tags with wide borders.
+TEST_F(SlowFormatsProgram, AnAprilGridThroughARadtanLensIsEstimatedToTheBound) {
+  WriteText(folder_ / "chain.yaml", kKalibrCamchain);
+  WriteText(folder_ / "grid.yaml",
+            "{target_type: aprilgrid, tagCols: 6, tagRows: 6, tagSize: 0.088, tagSpacing: 0.3}\n");
+  const Arguments setup = {"--config", "mount.yaml", "--camera_file", "chain.yaml",
+                           "--camera", "cam1",       "--map",         "grid.yaml"};
+  Arguments simulate = setup, estimate = setup;
+  simulate.insert(simulate.end(), {"--output", "rec", "--duration", "4", "--rate", "15", "--height",
+                                   "0.6", "--supersampling", "3"});
+  RunWell("tagtwist_simulate", simulate);
+  estimate.insert(estimate.end(), {"--dataset", "rec"});
+  Estimate(estimate);
+  const auto summary = nlohmann::json::parse(ReadText(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["frames_estimated"], summary["frames"]);
+  EXPECT_LT(summary["reprojection_px"]["median"].get<double>(), 0.05);
+  for (const char* key : {"position", "rotation", "velocity"}) {
+    EXPECT_LT(summary["bound"]["rmse_over_bound"][key].get<double>(), 1.2) << key;
+  }
+}
+
 // Over six seconds: in shorter flights the speeding up and slowing down, which no white noise on
 // jerk describes, is most of it, and rates go beyond the bound.
 TEST_F(SlowFormatsProgram, AFloorAndTwoWallsAreEstimatedToTheBound) {

@@ -143,5 +143,21 @@ TEST(RealDataSimulate, FliesTheViconPaths) {
   }
 }
 
+// A calibration without a mount makes the camera the body, which looks up as it flies.
+TEST(SimulateProgram, SaysSoWhenNoFrameSeesATag) {
+  const TempFolder folder;
+  WriteText(folder / "up.yaml",
+            "cam_from_body: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 0]}\n");
+  const ProgramRun up = RunProgram(folder.path().string(), "tagtwist_simulate",
+                                   {"--config", "up.yaml", "--output", "up", "--images=false",
+                                    "--duration", "1", "--rate", "5"});
+  EXPECT_EQ(up.status, 0);
+  EXPECT_NE(up.err.find("no frame sees a tag"), std::string::npos) << up.err;
+  const ProgramRun down =
+      RunProgram(folder.path().string(), "tagtwist_simulate",
+                 {"--output", "down", "--images=false", "--duration", "1", "--rate", "5"});
+  EXPECT_EQ(down.err, "");
+}
+
 }  // namespace
 }  // namespace tagtwist
