@@ -20,7 +20,8 @@ bool Open(const std::string& path, cv::VideoCapture* capture) {
 }
 
 Error NoVideo(const std::string& path) {
-  return Error{path + ": expected a course .mat, a video or a folder, got a file that is neither"};
+  return Error{path +
+               ": expected a course .mat, a video or a folder, got neither, or a damaged file"};
 }
 
 class VideoSource : public DataSource {

@@ -12,7 +12,7 @@ TEST_F(MatDamage, RefusesWhatIsNoMatFile) {
   WriteText(path_, "");
   EXPECT_EQ(Fault(), "empty file");
   WriteText(path_, std::string(1000, 'x'));
-  EXPECT_EQ(Fault(), "expected a course .mat, a video or a folder, got a file that is neither");
+  EXPECT_EQ(Fault(), "expected a course .mat, a video or a folder, got neither, or a damaged file");
 }
 
 TEST_F(MatDamage, EveryTruncationIsRefused) {
