@@ -5,10 +5,10 @@
 namespace tagtwist {
 namespace {
 
-constexpr int kFramesPerPart = 8;
-constexpr int kColumns = 4, kRows = 3;
-// Parts overlap, so that a tag of a fifth of the image lies wholly in one of them.
-constexpr double kWidth = 0.4, kHeight = 0.47;
+constexpr int kFramesPerPart = 5;
+constexpr int kColumns = 5, kRows = 4;
+// Parts overlap, so that a tag of a sixth of the image lies wholly in one of them.
+constexpr double kWidth = 0.34, kHeight = 0.42;
 
 }  // namespace
 
