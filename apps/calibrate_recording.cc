@@ -7,24 +7,30 @@
 
 namespace tagtwist {
 
+Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label,
+                                                        DataSource* source, const Config& config,
+                                                        const RunOptions& options) {
+  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads);
+  if (!stream) return stream.error();
+  std::vector<FrameMeasurements> out;
+  Progress progress(label, source->stamps_ns().size());
+  while (true) {
+    auto next = stream->Next();
+    if (!next) return next.error();
+    if (!*next) break;
+    out.push_back(std::move((*next)->measurements));
+    out.back().tracks = {};
+    progress.Update(out.size());
+  }
+  return out;
+}
+
 Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* source,
                                        const Config& config, const RunOptions& options,
                                        const std::vector<TruthSample>& truth) {
-  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads);
-  if (!stream) return stream.error();
-  std::vector<FrameMeasurements> measurements;
-  {
-    Progress progress("calibrating", source->stamps_ns().size());
-    while (true) {
-      auto next = stream->Next();
-      if (!next) return next.error();
-      if (!*next) break;
-      measurements.push_back(std::move((*next)->measurements));
-      measurements.back().tracks = {};
-      progress.Update(measurements.size());
-    }
-  }
-  auto calibration = Calibrate(config, measurements, truth);
+  const auto measurements = MeasureRecording("calibrating", source, config, options);
+  if (!measurements) return measurements.error();
+  auto calibration = Calibrate(config, *measurements, truth);
   if (!calibration) return Error{dataset + ": " + calibration.error().message};
   return calibration;
 }

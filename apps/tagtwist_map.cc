@@ -3,6 +3,8 @@
 
 #include <iostream>
 
+#include "apps/in_order.h"
+#include "apps/map_recording.h"
 #include "apps/usage.h"
 #include "estimator/map_svg.h"
 #include "estimator/tag_map_file.h"
@@ -14,6 +16,13 @@ DEFINE_string(check, "",
 DEFINE_string(map, "", "Map to render: the same kinds of file; --check's without it.");
 DEFINE_double(tag_size_m, 0, "Side of a tag's black square, where the file does not say it.");
 DEFINE_string(tag_family, "", "The tags' family, where the file does not say it.");
+DEFINE_string(from, "",
+              "Recording to make a map from: a course .mat, an EuRoC/ASL folder, a plain folder.");
+DEFINE_string(config, "", "Camera and detector for --from; configs/course.yaml's without it.");
+DEFINE_string(output, "", "Map to write (YAML); for --from.");
+DEFINE_int32(root_tag, -1, "The tag whose frame is the world; -1: the one seen most often.");
+DEFINE_bool(use_detections, false,
+            "Tag corners come from the recording (detections.csv, .mat), not from its images.");
 DEFINE_string(render, "", "SVG to write, in true size: print it at 100 %, or look at it.");
 
 namespace tagtwist {
@@ -22,16 +31,26 @@ namespace {
 Usage MapUsage() {
   Usage usage;
   usage.program = "tagtwist_map";
-  usage.synopsis = "--check FILE | --map FILE --render FILE.svg";
+  usage.synopsis =
+      "--check FILE | --map FILE --render FILE.svg | --from RECORDING --tag_size_m SIZE --output "
+      "FILE";
   usage.summary =
       "Checks a map of AprilTags (ids given twice or not in the family, tags that overlap or have\n"
-      "no size) and draws it.";
+      "no size) and draws it. Makes one from a recording and the tags' size.";
   usage.groups = {{"The map", {"check", "map", "tag_size_m", "tag_family"}},
-                  {"What to write", {"render"}}};
+                  {"Making one", {"from", "config", "root_tag", "use_detections"}},
+                  {"What to write", {"render", "output"}}};
   return usage;
 }
 
 std::string WrongFlags() {
+  if (!FLAGS_from.empty()) {
+    if (!FLAGS_check.empty() || !FLAGS_map.empty() || !FLAGS_render.empty()) {
+      return "--from: expected without --check, --map and --render";
+    }
+    if (!(FLAGS_tag_size_m > 0)) return "--tag_size_m: needed with --from, expected > 0";
+    return FLAGS_output.empty() ? "--output: needed with --from, and not given" : "";
+  }
   if (FLAGS_check.empty() && FLAGS_map.empty()) return "--check or --map: needed, and not given";
   if (!FLAGS_map.empty() && FLAGS_render.empty()) return "--map: expected with --render";
   if (!(FLAGS_tag_size_m >= 0)) return "--tag_size_m: expected > 0";
@@ -44,7 +63,26 @@ Result<TagMap> Read(const std::string& path) {
   return ReadTagMapFile(file);
 }
 
+Status MakeMap() {
+  const auto config =
+      FLAGS_config.empty() ? Result<Config>(DefaultConfig()) : LoadConfig(FLAGS_config);
+  if (!config) return config.error();
+  MapJob job;
+  job.recording = FLAGS_from;
+  job.use_detections = FLAGS_use_detections;
+  job.threads = ResolveThreads(0);
+  job.mapping.tag_size_m = FLAGS_tag_size_m;
+  job.mapping.family = FLAGS_tag_family.empty() ? config->map.family() : FLAGS_tag_family;
+  if (FLAGS_root_tag >= 0) job.mapping.root = FLAGS_root_tag;
+  const auto mapping = MapRecording(job, *config);
+  if (!mapping) return mapping.error();
+  std::cout << mapping->map.tags().size() << " tags mapped, " << mapping->left_out.size()
+            << " seen and not placed; corner noise " << mapping->corner_sigma_px << " px\n";
+  return WriteFileAtomically(FLAGS_output, MappingText(*mapping));
+}
+
 Status Run() {
+  if (!FLAGS_from.empty()) return MakeMap();
   if (!FLAGS_check.empty()) {
     const auto map = Read(FLAGS_check);
     if (!map) return map.error();

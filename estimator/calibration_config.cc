@@ -5,6 +5,7 @@
 
 #include "estimator/calibration_text.h"
 #include "estimator/format_text.h"
+#include "estimator/tag_map_text.h"
 #include "frontend/number_text.h"
 #include "residuals/lens.h"
 
@@ -12,13 +13,6 @@ namespace tagtwist {
 namespace {
 
 std::string Number(double value) { return FormatNumber(value); }
-
-template <typename Range>
-std::string List(const Range& values) {
-  std::string out;
-  for (const double value : values) out += (out.empty() ? "" : ", ") + Number(value);
-  return "[" + out + "]";
-}
 
 // Visitor of an options struct: "  name: value" a field; a field that is not given is left out.
 struct OptionLines {
@@ -64,7 +58,7 @@ std::string CameraText(const Calibration& c) {
   out += "  cy: " + Number(camera.cy) + SigmaComment("%.3g", c.sigma(kCentreY)) + "\n";
   const bool equidistant = camera.lens == LensModel::kEquidistant;
   out += std::string("  distortion_model: ") + (equidistant ? "equidistant" : "radtan") + "\n";
-  out += "  distortion: " + List(DistortionCoefficients(camera));
+  out += "  distortion: " + FormatNumberList(DistortionCoefficients(camera));
   std::string sigmas;
   for (int i = kFirstDistortion; i < LensSize(camera); ++i) sigmas += Format(" %.2g", c.sigma(i));
   return out + "  # +-" + sigmas + "\n";
@@ -73,10 +67,10 @@ std::string CameraText(const Calibration& c) {
 std::string MountText(const Calibration& c) {
   const int first = LayoutOf(c.given).mount();
   const Pose& pose = c.config.cam_from_body;
-  return "\ncam_from_body:\n  quaternion_xyzw: " + List(pose.params.head<4>()) +
+  return "\ncam_from_body:\n  quaternion_xyzw: " + FormatNumberList(pose.params.head<4>()) +
          Format("  # +- %.2g %.2g %.2g rad", c.sigma(first), c.sigma(first + 1),
                 c.sigma(first + 2)) +
-         "\n  translation_m: " + List(pose.translation()) +
+         "\n  translation_m: " + FormatNumberList(pose.translation()) +
          Format("  # +- %.2g %.2g %.2g", c.sigma(first + 3), c.sigma(first + 4),
                 c.sigma(first + 5)) +
          "\n";
@@ -84,22 +78,14 @@ std::string MountText(const Calibration& c) {
 
 std::string MapText(const Calibration& c) {
   const CalibrationLayout layout = LayoutOf(c.given);
-  std::string out = "\ntag_map:\n  family: " + c.config.map.family() + "\n  tags:\n";
+  std::vector<std::string> notes;
   for (int i = 0; i < layout.n_tags; ++i) {
-    const Tag& tag = c.config.map.tags()[static_cast<size_t>(i)];
     const int first = layout.tag(i) + 3;
-    out += "    - {id: " + std::to_string(tag.id) + ", size_m: " + Number(tag.size_m) +
-           ", position_m: " + List(tag.world_from_tag.translation()) +
-           ", quaternion_xyzw: " + List(tag.world_from_tag.params.head<4>()) + "}";
-    if (c.sigma(first) > 0) {
-      out += Format("  # +- %.1f %.1f %.1f mm", 1e3 * c.sigma(first), 1e3 * c.sigma(first + 1),
-                    1e3 * c.sigma(first + 2));
-    } else {
-      out += "  # as configured";
-    }
-    out += "\n";
+    notes.push_back(c.sigma(first) > 0 ? Format("+- %.1f %.1f %.1f mm", 1e3 * c.sigma(first),
+                                                1e3 * c.sigma(first + 1), 1e3 * c.sigma(first + 2))
+                                       : "as configured");
   }
-  return out;
+  return "\n" + FormatTagMap(c.config.map, notes);
 }
 
 }  // namespace

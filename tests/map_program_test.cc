@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "estimator/tag_map_file.h"
 #include "frontend/tag_detector.h"
 #include "tests/map_formats.h"
 #include "tests/program_test_util.h"
@@ -95,6 +96,35 @@ TEST_F(MapProgram, DrawsTagsInTrueSize) {
   EXPECT_NEAR((tags[0].corners[1] - tags[0].corners[0]).norm() / kPxPerMm, 80, 0.7);
   const Eigen::Vector2d bottom = tags[1].corners[1] - tags[1].corners[0];
   EXPECT_NEAR(std::atan2(-bottom.y(), bottom.x()), 0.3, 0.02);
+}
+
+TEST_F(MapProgram, MakesAMapFromARecording) {
+  MakeRecording(folder_.path().string(), "flight", DatasetFormat::kFolder, false);
+  const ProgramRun run = Run(
+      {"--from", "flight", "--use_detections", "--tag_size_m", "0.152", "--output", "made.yaml"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("9 tags mapped, 3 seen and not placed"));
+  const auto made = ReadTagMapFile({folder_ / "made.yaml", {}, ""});
+  ASSERT_TRUE(made) << made.error().message;
+  const TagMap mat = MakeTagMap(TagGrid());
+  ASSERT_GE(made->tags().size(), 4u);
+  const auto apart = [](const TagMap& map, int a, int b) {
+    return (map.Find(a)->world_from_tag.translation() - map.Find(b)->world_from_tag.translation())
+        .norm();
+  };
+  const int first = made->tags()[0].id;
+  for (const Tag& tag : made->tags()) {
+    EXPECT_NEAR(apart(*made, first, tag.id), apart(mat, first, tag.id), 0.01) << "tag " << tag.id;
+  }
+}
+
+TEST_F(MapProgram, RefusesToMakeAMapFromNothing) {
+  EXPECT_EQ(Run({"--from", "flight"}).status, 2);
+  EXPECT_EQ(Run({"--from", "flight", "--tag_size_m", "0.1"}).status, 2);
+  const ProgramRun run = Run({"--from", "no", "--tag_size_m", "0.1", "--output", "made.yaml"});
+  EXPECT_EQ(run.status, 1);
+  EXPECT_TRUE(IsOneLine(run.err)) << run.err;
+  EXPECT_TRUE(ListTree(folder_.path().string()).empty());
 }
 
 TEST_F(MapProgram, EveryPlaneIsASheetOfItsOwn) {

@@ -1,0 +1,24 @@
+#pragma once
+#include <string>
+
+#include "estimator/config.h"
+#include "estimator/mapping.h"
+
+namespace tagtwist {
+
+/// A recording to make a map from.
+struct MapJob {
+  std::string recording;
+  bool use_detections = false;
+  int threads = 1;
+  MappingOptions mapping;
+};
+
+/// Detects every tag of the family in the recording and maps them; of `config` camera and detector
+/// are used. Errors name the recording.
+Result<Mapping> MapRecording(const MapJob& job, const Config& config);
+
+/// The map as a configuration's section with the tags' sigmas, and in words what came of it.
+std::string MappingText(const Mapping& mapping);
+
+}  // namespace tagtwist

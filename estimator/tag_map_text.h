@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// The section `tag_map` of a configuration, numbers in the shortest form that reads back. `notes`:
+/// a comment for each tag, or none at all.
+std::string FormatTagMap(const TagMap& map, const std::vector<std::string>& notes = {});
+
+/// "[1, 0.5]", numbers likewise.
+std::string FormatNumberList(const Eigen::VectorXd& values);
+
+}  // namespace tagtwist
