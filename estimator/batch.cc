@@ -129,6 +129,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
   if (!seeds) return seeds.error();
   const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
+  TrackTally tracks = TallyOf(input.segments);
   BatchResult out;
   out.noise = InitialNoise(setup_.options, ChoosePrior(setup_, *seeds));
   const auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
@@ -166,6 +167,8 @@ Result<BatchResult> BatchEstimator::Solve() const {
     out.frames.back().pose_bound = bound;
   }
   out.warnings = audit.Warnings();
+  tracks.contradicted = tracks.used - TallyOf(input.segments).used;
+  if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);
   if (clock) out.warnings.push_back(ClockText(*clock));
   return out;
 }

@@ -270,6 +270,12 @@ void SlidingWindow::Forget(size_t n_frames) {
   segmenter_.DropBefore(first_frame_);
 }
 
+std::vector<std::string> SlidingWindow::Warnings() const {
+  std::vector<std::string> out = audit_.Warnings();
+  if (const auto of_tracks = segmenter_.tally().Warning()) out.push_back(*of_tracks);
+  return out;
+}
+
 std::vector<FrameEstimate> SlidingWindow::Finish() {
   if (hypotheses_.empty()) return {};
   // The last step stopped where it was good enough for a new frame; this one may take its time.

@@ -46,7 +46,7 @@ class SlidingWindow {
   std::optional<StateAndCovariance> PredictAt(int64_t t_ns) const;
   const NoiseModel& noise() const { return noise_; }
   /// What the frames that left say of tags and map, one line each; after Finish all frames.
-  std::vector<std::string> Warnings() const { return audit_.Warnings(); }
+  std::vector<std::string> Warnings() const;
 
  private:
   // What the solve does not need of a frame.

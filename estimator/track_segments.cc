@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/format_text.h"
+
 namespace tagtwist {
 namespace {
 
@@ -23,6 +25,21 @@ int SegmentLimit(const TrackSegment& segment, int segment_frames) {
 
 int TagsThatReplaceTracks(int max_tracks_per_frame) {
   return std::max(1, (max_tracks_per_frame + kTracksPerTag - 1) / kTracksPerTag);
+}
+
+std::optional<std::string> TrackTally::Warning() const {
+  constexpr size_t kLeast = 20, kOneIn = 10;
+  if (contradicted < kLeast || kOneIn * contradicted < used) return std::nullopt;
+  return Format(
+      "%zu of %zu pieces of tracked points did not lie still on the floor, and were left out: "
+      "something moves in view, or stands on the floor",
+      contradicted, used);
+}
+
+TrackTally TallyOf(const std::vector<TrackSegment>& segments) {
+  TrackTally out;
+  for (const TrackSegment& segment : segments) out.used += segment.pixels.size() > 1 ? 1 : 0;
+  return out;
 }
 
 void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags) {
@@ -77,6 +94,8 @@ void TrackSegmenter::Begin(const TrackObservation& track, int frame) {
 void TrackSegmenter::Reject(const std::vector<bool>& rejected) {
   for (size_t i = 0; i < rejected.size(); ++i) {
     if (!rejected[i]) continue;
+    ++tally_.used;
+    ++tally_.contradicted;
     segments_[i].pixels.clear();
     const auto it = open_.find(segments_[i].track_id);
     if (it != open_.end() && it->second == i) open_.erase(it);
@@ -87,7 +106,10 @@ void TrackSegmenter::DropBefore(int first_frame) {
   std::vector<TrackSegment> kept;
   std::map<int64_t, size_t> still_open;
   for (size_t i = 0; i < segments_.size(); ++i) {
-    if (segments_[i].first_frame < first_frame) continue;
+    if (segments_[i].first_frame < first_frame) {
+      tally_.used += segments_[i].pixels.size() > 1 ? 1 : 0;
+      continue;
+    }
     const auto it = open_.find(segments_[i].track_id);
     if (it != open_.end() && it->second == i) still_open.emplace(it->first, kept.size());
     kept.push_back(std::move(segments_[i]));

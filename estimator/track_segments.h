@@ -2,6 +2,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "frontend/types/measurements.h"
@@ -15,6 +17,16 @@ struct TrackSegment {
   std::vector<Eigen::Vector2d> pixels;  // in first_frame, first_frame + 1, ...
   int last_frame() const { return first_frame + static_cast<int>(pixels.size()) - 1; }
 };
+
+/// Pieces of tracks, of two views or more, and those among them that the solution contradicted.
+struct TrackTally {
+  size_t used = 0, contradicted = 0;
+
+  /// For the person who runs it, where that is a tenth of them and twenty at least.
+  std::optional<std::string> Warning() const;
+};
+/// Tally without a contradicted one yet.
+TrackTally TallyOf(const std::vector<TrackSegment>& segments);
 
 struct TrackSegmentOptions {
   int max_tracks_per_frame = 40;  // where there is no tag
@@ -41,12 +53,15 @@ class TrackSegmenter {
   void Reject(const std::vector<bool>& rejected);
   /// Forgets the segments that begin before `first_frame`.
   void DropBefore(int first_frame);
+  /// Of the segments that were forgotten or emptied.
+  const TrackTally& tally() const { return tally_; }
 
  private:
   void Begin(const TrackObservation& track, int frame);
 
   TrackSegmentOptions options_;
   int next_frame_ = 0;
+  TrackTally tally_;
   std::vector<TrackSegment> segments_;
   std::map<int64_t, size_t> open_;             // track -> its growing segment
   std::map<int64_t, Eigen::Vector2d> unused_;  // views of the last frame that are in no segment

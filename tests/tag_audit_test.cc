@@ -13,7 +13,9 @@
 namespace tagtwist {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 // The setup with a map whose tag `id` is moved on the mat and turned.
@@ -174,6 +176,45 @@ TEST(TagAudit, WindowNamesADisplacedTag) {
   for (const FrameMeasurements& m : moved.flight.measurements) ASSERT_TRUE(window.Add(m));
   window.Finish();
   EXPECT_THAT(window.Warnings(), ElementsAre(Expected(moved, "40")));
+}
+
+// Three tags and twenty points of the floor; seven of the points ride on something that moves.
+std::vector<FrameMeasurements> WithTracks(int n_moving) {
+  const EstimatorSetup setup = CourseSetup();
+  ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk, 4);
+  model.max_tags = 1;
+  model.frames = 90;
+  ExactModelFlight flight = DrawFlight(model);
+  for (size_t i = 0; i < flight.measurements.size(); ++i) {
+    const Pose cam_from_world = setup.cam_from_body * Inverse(flight.truth[i].world_from_body);
+    for (int k = 0; k < 20; ++k) {
+      Eigen::Vector3d point(1.3 + 0.15 * (k % 5), 1.0 + 0.15 * (k / 5), 0);
+      if (k < n_moving) point.x() += 0.3 * std::sin(0.02 * static_cast<double>(i) * 5 + k);
+      TrackObservation track;
+      track.track_id = k;
+      if (!setup.camera.Project(cam_from_world * point, &track.pixel)) continue;
+      if (setup.camera.Contains(track.pixel, 2)) flight.measurements[i].tracks.push_back(track);
+    }
+  }
+  return flight.measurements;
+}
+
+TEST(TrackAudit, TracksOnSomethingThatMovesAreTold) {
+  for (const int n_moving : {0, 7}) {
+    const auto measurements = WithTracks(n_moving);
+    const auto batch = RunBatch(CourseSetup(), measurements);
+    ASSERT_TRUE(batch) << batch.error().message;
+    SlidingWindow window(CourseSetup());
+    for (const FrameMeasurements& m : measurements) ASSERT_TRUE(window.Add(m));
+    window.Finish();
+    for (const auto& warnings : {batch->warnings, window.Warnings()}) {
+      if (n_moving == 0) {
+        EXPECT_THAT(warnings, IsEmpty());
+      } else {
+        EXPECT_THAT(warnings, Contains(HasSubstr("did not lie still on the floor")));
+      }
+    }
+  }
 }
 
 }  // namespace
