@@ -10,7 +10,7 @@
 namespace tagtwist {
 namespace {
 
-constexpr double kSizeM = 0.2, kCornerPx = 0.2;
+constexpr double kSizeM = 0.12, kCornerPx = 0.5;
 
 Camera RoomCamera() {
   Camera camera;
@@ -93,7 +93,7 @@ TEST(Mapping, RoomOfFortyTagsFromNothingButTheirSize) {
   ASSERT_TRUE(mapping) << mapping.error().message;
   EXPECT_TRUE(mapping->left_out.empty());
   ASSERT_EQ(mapping->map.tags().size(), 40u);
-  EXPECT_NEAR(mapping->corner_sigma_px, kCornerPx, 0.02);
+  EXPECT_NEAR(mapping->corner_sigma_px, kCornerPx, 0.05);
   const TagMap truth("tag36h11", room);
   const Pose root_from_world = Inverse(truth.Find(8)->world_from_tag);
   double squares = 0, bound = 0;
@@ -102,13 +102,13 @@ TEST(Mapping, RoomOfFortyTagsFromNothingButTheirSize) {
     const Pose expected = root_from_world * truth.Find(tag.id)->world_from_tag;
     squares += (tag.world_from_tag.translation() - expected.translation()).squaredNorm();
     bound += mapping->covariances[i].bottomRightCorner<3, 3>().trace();
-    EXPECT_LT(LogSo3(expected.rotation().conjugate() * tag.world_from_tag.rotation()).norm(), 0.02)
+    EXPECT_LT(LogSo3(expected.rotation().conjugate() * tag.world_from_tag.rotation()).norm(), 0.1)
         << "tag " << tag.id << ": flipped or turned";
   }
   RecordProperty("position_rmse_mm", std::to_string(1e3 * std::sqrt(squares / 40)));
   RecordProperty("bound_mm", std::to_string(1e3 * std::sqrt(bound / 40)));
   EXPECT_LT(std::sqrt(squares), 1.2 * std::sqrt(bound));
-  EXPECT_LT(std::sqrt(bound / 40), 0.01);
+  EXPECT_LT(std::sqrt(bound / 40), 0.1);
 }
 
 TEST(Mapping, WhatCannotBePlacedIsSaid) {
