@@ -172,9 +172,11 @@ std::optional<StateAndCovariance> SlidingWindow::PredictAt(int64_t t_ns) const {
                           noise_.linear,
                           noise_.angular};
   auto out = onward.At(t_ns);
-  const double gap_s =
-      ToSeconds(t_ns - solution.graph.states.back().t_ns) + GapSeconds(hypotheses_.front(), newest);
-  Inflate(prediction_check_.At(gap_s), &out->covariance);
+  // Over a frame or two the prior is what was learned; what is found beyond is for gaps.
+  if (const double gap_s = GapSeconds(hypotheses_.front(), newest); gap_s > 0) {
+    const double ahead_s = ToSeconds(t_ns - solution.graph.states.back().t_ns);
+    Inflate(prediction_check_.At(gap_s + ahead_s), &out->covariance);
+  }
   return out;
 }
 
