@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "estimator/linear_system.h"
@@ -31,9 +32,10 @@ GraphState Moved(const GraphState& state, const Vector18& step) {
   return out;
 }
 
-// Tags: a turn by this bends their pixels by less than 1e-4 px, as does a thousandth of the
-// distance.
-constexpr double kTagTurnRad = 5e-4, kTagMoveM = 5e-4;
+// Tags: a move by d, in rad and metres, changes their Jacobian by about its size, and so the
+// whitened residuals by that times what d itself changes them by: this much may be neglected. Pose
+// and attitude trade against one another, so that far less than a sigma shows.
+constexpr double kTagNeglected = 1e-3;
 // Motion: what of the turn between two states changes is squared in what is neglected.
 constexpr double kMotionTurnRad = 1e-4, kMotionTurnBothRad = 2e-3;
 
@@ -143,9 +145,9 @@ bool WindowSystem::LinearizeWhatMoved(const EstimatorSetup& setup, const NoiseMo
     TagForm& tags = frames_[k].tags;
     GraphState at_tags;
     at_tags.pose = tags.reference;
-    const Vector18 moved = Difference18(states_[k], at_tags);
+    const Vector6 moved = Difference18(states_[k], at_tags).head<6>();
     if (!tags.weights.empty() &&
-        (moved.head<3>().norm() > kTagTurnRad || moved.segment<3>(3).norm() > kTagMoveM)) {
+        moved.norm() * std::sqrt(moved.dot(tags.hessian * moved)) > kTagNeglected) {
       GraphFrame frame = input.frames[k];
       frame.state = ToBodyState(states_[k]);
       LinearizeTags(setup, noise, frame, &tags);
