@@ -66,19 +66,19 @@ std::string Times(size_t n, const std::string& noun) {
 }
 
 // What a displaced tag's sightings say together.
-std::string DisplacedText(const std::string& tag, const std::vector<TagDisagreement>& sightings) {
+std::string DisplacedText(const std::string& tag, const ThinnedSample<TagDisagreement>& sightings) {
   std::vector<double> x, y, distance;
-  for (const TagDisagreement& d : sightings) {
+  for (const TagDisagreement& d : sightings.values()) {
     x.push_back(d.shift_m.x());
     y.push_back(d.shift_m.y());
     distance.push_back(d.distance_m);
   }
   const Eigen::Vector2d shift(Quantile(x, 0.5), Quantile(y, 0.5));
   std::vector<double> scatter;
-  scatter.reserve(sightings.size());
-  for (const TagDisagreement& d : sightings) scatter.push_back((d.shift_m - shift).norm());
+  scatter.reserve(sightings.values().size());
+  for (const TagDisagreement& d : sightings.values()) scatter.push_back((d.shift_m - shift).norm());
   const double median_m = Quantile(distance, 0.5);
-  const std::string frames = Times(sightings.size(), "frame");
+  const std::string frames = Times(sightings.count(), "frame");
   constexpr double kSteady = 0.5;  // of the distance: how far the places of a still tag scatter
   if (!(Quantile(scatter, 0.5) <= kSteady * median_m)) {
     return tag + " is seen off the map, at changing places, in " + frames;
@@ -122,12 +122,12 @@ void TagAudit::Add(const EstimatorSetup& setup, const GraphFrame& frame,
     if (used) continue;
     left_out.push_back(tag.id);
     if (const auto judged = JudgeTag(setup, frame.state.world_from_body, tag)) {
-      history.left_out.push_back(*judged);
+      history.left_out[static_cast<size_t>(judged->fault)].Add(*judged);
     } else {
       ++history.off_plane;
     }
   }
-  if (frame.tags.empty() && !left_out.empty()) useless_frames_.push_back(std::move(left_out));
+  if (frame.tags.empty() && !left_out.empty()) useless_frames_.Add(left_out);
 }
 
 std::vector<std::string> TagAudit::Warnings() const {
@@ -135,17 +135,13 @@ std::vector<std::string> TagAudit::Warnings() const {
   std::set<int> named;
   size_t others = 0;
   for (const auto& [id, history] : tags_) {
-    std::array<std::vector<TagDisagreement>, 3> by_fault;
-    for (const TagDisagreement& d : history.left_out) {
-      by_fault[static_cast<size_t>(d.fault)].push_back(d);
-    }
     others += static_cast<size_t>(history.off_plane);
     const std::string tag = "tag " + std::to_string(id);
     const std::string of_seen = " in " + Times(history.seen, "frame") + " that show it";
     for (const TagFault fault : {TagFault::kDisplaced, TagFault::kWrongId, TagFault::kMirrored}) {
-      const auto& sightings = by_fault[static_cast<size_t>(fault)];
-      if (!IsRule(fault, sightings.size(), history.seen)) {
-        others += sightings.size();
+      const auto& sightings = history.left_out[static_cast<size_t>(fault)];
+      if (!IsRule(fault, sightings.count(), history.seen)) {
+        others += sightings.count();
         continue;
       }
       named.insert(id);
@@ -155,7 +151,7 @@ std::vector<std::string> TagAudit::Warnings() const {
         const std::string what = fault == TagFault::kWrongId
                                      ? " is seen where the map has another tag, "
                                      : " is seen mirrored, ";
-        out.push_back(tag + what + Times(sightings.size(), "time") + of_seen);
+        out.push_back(tag + what + Times(sightings.count(), "time") + of_seen);
       }
     }
   }
@@ -164,12 +160,13 @@ std::vector<std::string> TagAudit::Warnings() const {
                   (others == 1 ? "s" : "") + " the others and " + (others == 1 ? "is" : "are") +
                   " left out");
   }
-  const auto useless = std::count_if(
-      useless_frames_.begin(), useless_frames_.end(), [&](const std::vector<int>& ids) {
+  const std::vector<std::vector<int>>& frames = useless_frames_.values();
+  const auto useless =
+      std::count_if(frames.begin(), frames.end(), [&](const std::vector<int>& ids) {
         return std::any_of(ids.begin(), ids.end(), [&](int id) { return named.count(id) == 0; });
       });
   if (useless > 0) {
-    const auto n = static_cast<size_t>(useless);
+    const auto n = static_cast<size_t>(useless) * useless_frames_.stride();
     out.push_back("no tag of " + Times(n, "frame") + " agrees with the neighbouring frames; " +
                   (n == 1 ? "its state is" : "their states are") + " predicted");
   }

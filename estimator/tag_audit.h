@@ -1,11 +1,13 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "estimator/graph_builder.h"
+#include "estimator/thinned_sample.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist {
@@ -44,11 +46,11 @@ class TagAudit {
   struct History {
     int seen = 0;       // frames
     int off_plane = 0;  // of those, left out and not to be placed
-    std::vector<TagDisagreement> left_out;
+    std::array<ThinnedSample<TagDisagreement>, 3> left_out;  // by fault
   };
   std::map<int, History> tags_;  // by id
   // Ids left out of each frame none of whose tags could be used.
-  std::vector<std::vector<int>> useless_frames_;
+  ThinnedSample<std::vector<int>> useless_frames_;
 };
 
 }  // namespace tagtwist

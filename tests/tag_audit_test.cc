@@ -217,5 +217,19 @@ TEST(TrackAudit, TracksOnSomethingThatMovesAreTold) {
   }
 }
 
+TEST(ThinnedSample, IsSpreadOverAllThatCameAndBounded) {
+  ThinnedSample<int, 64> sample;
+  for (int i = 0; i < 63; ++i) sample.Add(i);
+  EXPECT_EQ(sample.values().size(), 63u);
+  EXPECT_EQ(sample.stride(), 1u);
+  for (int i = 63; i < 100000; ++i) sample.Add(i);
+  EXPECT_EQ(sample.count(), 100000u);
+  ASSERT_LT(sample.values().size(), 64u);
+  ASSERT_GE(sample.values().size(), 31u);
+  for (size_t k = 0; k < sample.values().size(); ++k) {
+    EXPECT_EQ(sample.values()[k], static_cast<int>(k * sample.stride()));
+  }
+}
+
 }  // namespace
 }  // namespace tagtwist
