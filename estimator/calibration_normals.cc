@@ -114,9 +114,12 @@ EliminatedFrame Eliminate(const FrameNormals& at, double damping, CalibrationNor
   const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(ff);
   EliminatedFrame frame;
   frame.columns = at.columns;
-  frame.by_shared = llt.solve(at.fs);
   frame.offset = llt.solve(at.f);
   frame.covariance = llt.solve(Eigen::Matrix<double, 6, 6>::Identity());
+  frame.by_shared.resize(6, 0);
+  if (at.columns.empty())
+    return frame;  // Eigen solves nothing for nothing by way of a null pointer
+  frame.by_shared = llt.solve(at.fs);
   Eigen::MatrixXd left = at.ss;
   left.noalias() -= at.fs.transpose() * frame.by_shared;
   const Eigen::VectorXd gradient = at.s - at.fs.transpose() * frame.offset;

@@ -94,7 +94,8 @@ TEST_F(CalibrationResiduals, TagIsSeenWhereAScaledMapHasIt) {
   Tag scaled = tag;
   scaled.size_m *= 1.1;
   scaled.world_from_tag = MakePose(Eigen::Quaterniond::Identity(), {0.33, -0.11, 0});
-  const std::array<Eigen::Vector2d, 4> origin = {};
+  std::array<Eigen::Vector2d, 4> origin;
+  origin.fill(Eigen::Vector2d::Zero());
   const Eigen::Matrix<double, 8, 8> identity = Eigen::Matrix<double, 8, 8>::Identity();
   TagCalibrationResidual a, b;
   ASSERT_TRUE(EvaluateTagCalibration(tag, 1.1, Lens(), world_from_cam, origin, identity, &a));
