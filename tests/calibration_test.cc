@@ -39,7 +39,7 @@ CalibrationFlightOptions ShortFlight() {
   return options;
 }
 
-TEST(Calibration, RecoversEverythingAtOnceWithinItsSigmas) {
+TEST(SlowCalibration, RecoversEverythingAtOnceWithinItsSigmas) {
   const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
   const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
@@ -60,7 +60,7 @@ TEST(Calibration, RecoversEverythingAtOnceWithinItsSigmas) {
   EXPECT_NEAR(result->noise.truth_rotation_sigma_rad, 0.001, 0.0002);
 }
 
-TEST(Calibration, ErrorsOverCovarianceAreChiSquare) {
+TEST(SlowCalibration, ErrorsOverCovarianceAreChiSquare) {
   double nees = 0;
   int dof = 0;
   for (const unsigned seed : {2U, 3U, 4U}) {
@@ -85,12 +85,12 @@ TEST(Calibration, ErrorsOverCovarianceAreChiSquare) {
 
 // What a motion does not show is named, moves by no more than its prior, and is as uncertain as it
 // is wrong.
-class CalibrationOfPoorMotion : public testing::TestWithParam<CalibrationMotion> {};
-INSTANTIATE_TEST_SUITE_P(Motions, CalibrationOfPoorMotion,
+class SlowCalibrationOfPoorMotion : public testing::TestWithParam<CalibrationMotion> {};
+INSTANTIATE_TEST_SUITE_P(Motions, SlowCalibrationOfPoorMotion,
                          testing::Values(CalibrationMotion::kNoRotation,
                                          CalibrationMotion::kConstantHeight));
 
-TEST_P(CalibrationOfPoorMotion, NamesWhatItDoesNotShowAndNothingRunsAway) {
+TEST_P(SlowCalibrationOfPoorMotion, NamesWhatItDoesNotShowAndNothingRunsAway) {
   CalibrationFlightOptions options = ShortFlight();
   options.motion = GetParam();
   const CalibrationFlight flight = DrawCalibrationFlight(options);
@@ -115,7 +115,7 @@ TEST_P(CalibrationOfPoorMotion, NamesWhatItDoesNotShowAndNothingRunsAway) {
   }
 }
 
-TEST(Calibration, WhatDoesNotHelpUnseenFramesIsNotApplied) {
+TEST(SlowCalibration, WhatDoesNotHelpUnseenFramesIsNotApplied) {
   CalibrationFlightOptions options = ShortFlight();
   options.errors = false;
   options.tag_position_sigma_m = 0;
@@ -151,7 +151,7 @@ TEST(Calibration, WithoutTruthTheMapsShapeAndTheLensAreFound) {
   EXPECT_GT(result->validation.given.corner_sigma_px, 0.4);
 }
 
-TEST(Calibration, ConfigurationReadsBack) {
+TEST(SlowCalibration, ConfigurationReadsBack) {
   CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
   flight.config.estimator.window_frames = 17;
   flight.config.estimator.corner_sigma_px = 0.15;
@@ -176,7 +176,7 @@ TEST(Calibration, ConfigurationReadsBack) {
   EXPECT_FALSE(config->estimator.accel_psd);
 }
 
-TEST(Calibration, SummaryAndReportTellIt) {
+TEST(SlowCalibration, SummaryAndReportTellIt) {
   const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
   const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
