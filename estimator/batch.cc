@@ -68,10 +68,9 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 // Of all states; calibrated where the prior's densities are learned.
 std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
                                               const Solution& solution) {
-  PriorCalibration calibration;
-  calibration.of_prior.assign(solution.graph.states.size(), StateCovariance::Zero());
-  if (MotionIsLearned(options)) calibration = CalibratePrior(solution.graph);
-  return Calibrated(calibration, solution.covariance);
+  const PriorCalibration calibration = CalibratePrior(solution.graph);
+  const double power = MotionIsLearned(options) ? calibration.statistic.Power() : 1;
+  return Calibrated(power, calibration.of_prior, solution.covariance);
 }
 
 // Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations
@@ -131,7 +130,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
   GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
   TrackTally tracks = TallyOf(input.segments);
   BatchResult out;
-  out.noise = InitialNoise(setup_.options, ChoosePrior(setup_, *seeds));
+  out.noise = ChooseNoise(setup_, *seeds);
   const auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 

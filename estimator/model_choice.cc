@@ -13,17 +13,16 @@ namespace {
 // Enough to tell the models apart, and a fraction of a long recording's cost.
 constexpr size_t kFrames = 300;
 
-// Of the tags, the noise learned; nullopt without a solution.
-std::optional<double> LogLikelihood(const EstimatorSetup& setup, WhiteNoiseOn prior,
-                                    const std::vector<GraphFrame>& frames) {
+// Of the tags, with the noise learned from `noise` on; nullopt without a solution.
+std::optional<double> LearnLikelihood(const EstimatorSetup& setup,
+                                      const std::vector<GraphFrame>& frames, NoiseModel* noise) {
   GraphInput input;
   for (const GraphFrame& frame : frames) {
     if (!frame.tags.empty()) input.frames.push_back(frame);
   }
   if (input.frames.empty()) return std::nullopt;
-  NoiseModel noise = InitialNoise(setup.options, prior);
   const auto solution =
-      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, &noise);
+      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, noise);
   if (!solution) return std::nullopt;
   return solution->log_likelihood;
 }
@@ -32,29 +31,52 @@ std::optional<double> LogLikelihood(const EstimatorSetup& setup,
                                     const std::vector<FrameMeasurements>& measurements) {
   const auto seeds = SeedFrames(setup, measurements);
   if (!seeds) return std::nullopt;
-  return LogLikelihood(setup, WhiteNoiseOn::kJerk, *seeds);
+  NoiseModel noise = InitialNoise(setup.options);
+  return LearnLikelihood(setup, *seeds, &noise);
 }
 
-// The middle kFrames of those with tags.
-std::vector<GraphFrame> MiddleFrames(const std::vector<GraphFrame>& frames) {
-  std::vector<GraphFrame> with_tags;
+// kFrames of those with tags, in stretches of a second or so: a body that cruises for most of the
+// time still starts and stops.
+std::vector<GraphFrame> SpreadFrames(const std::vector<GraphFrame>& frames) {
+  constexpr size_t kStretches = 6;
+  std::vector<GraphFrame> with_tags, out;
   for (const GraphFrame& frame : frames) {
     if (!frame.tags.empty()) with_tags.push_back(frame);
   }
-  const size_t spare = with_tags.size() - std::min(kFrames, with_tags.size());
-  const auto first = with_tags.begin() + static_cast<std::ptrdiff_t>(spare / 2);
-  return {first, first + static_cast<std::ptrdiff_t>(with_tags.size() - spare)};
+  if (with_tags.size() <= kFrames) return with_tags;
+  const size_t size = kFrames / kStretches;
+  for (size_t i = 0; i < kStretches; ++i) {
+    const size_t begin = (with_tags.size() - size) * i / (kStretches - 1);
+    const auto first = with_tags.begin() + static_cast<std::ptrdiff_t>(begin);
+    out.insert(out.end(), first, first + static_cast<std::ptrdiff_t>(size));
+  }
+  return out;
+}
+
+// Likelier with `other`? An account without a solution is the less likely one.
+bool IsLikelier(const std::optional<double>& other, const std::optional<double>& than) {
+  return other && (!than || *other > *than);
 }
 
 }  // namespace
 
-WhiteNoiseOn ChoosePrior(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames) {
-  if (!MotionPriorIsOpen(setup.options)) return WhiteNoiseOn::kJerk;  // the options say it
-  const std::vector<GraphFrame> middle = MiddleFrames(frames);
-  const auto jerk = LogLikelihood(setup, WhiteNoiseOn::kJerk, middle);
-  const auto acceleration = LogLikelihood(setup, WhiteNoiseOn::kAcceleration, middle);
-  const bool is_acceleration = acceleration && (!jerk || *acceleration > *jerk);
-  return is_acceleration ? WhiteNoiseOn::kAcceleration : WhiteNoiseOn::kJerk;
+NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames) {
+  MotionKinds kinds;
+  NoiseModel chosen = InitialNoise(setup.options, kinds);
+  if (!MotionPriorIsOpen(setup.options)) return chosen;  // the options say it
+  const std::vector<GraphFrame> sample = SpreadFrames(frames);
+  auto likelihood = LearnLikelihood(setup, sample, &chosen);
+  for (WhiteNoiseOn MotionKinds::*part : {&MotionKinds::linear, &MotionKinds::angular}) {
+    MotionKinds other = kinds;
+    other.*part = WhiteNoiseOn::kAcceleration;
+    NoiseModel noise = InitialNoise(setup.options, other);
+    const auto of_other = LearnLikelihood(setup, sample, &noise);
+    if (!IsLikelier(of_other, likelihood)) continue;
+    kinds = other;
+    chosen = noise;
+    likelihood = of_other;
+  }
+  return chosen;
 }
 
 std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,

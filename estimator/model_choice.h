@@ -3,16 +3,16 @@
 #include <vector>
 
 #include "estimator/graph_builder.h"
+#include "estimator/noise_learning.h"
 #include "frontend/steady_clock.h"
 #include "frontend/types/measurements.h"
-#include "residuals/motion_prior.h"
 
 namespace tagtwist {
 
-/// What of the motion is white noise, where the options leave it open: that under which the tags of
-/// the recording's middle 300 frames with tags are likelier, the noise learned under each.
-/// `frames`: seeds of the whole recording.
-WhiteNoiseOn ChoosePrior(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames);
+/// The noise to begin with. Where the options leave open what of the motion is white noise: for the
+/// linear part first, then for the angular one, that under which the tags of 300 frames spread over
+/// the recording are likelier, with the noise learned on those. `frames`: seeds of all of it.
+NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames);
 
 /// The steady clock fitted to the stamps, where the options ask for it or leave it open and the
 /// tags of the first 300 frames are clearly likelier at its ticks; else nullopt: the stamps hold.

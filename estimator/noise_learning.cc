@@ -102,9 +102,20 @@ void AddTag(const Factor& factor, const LinearFactor& linear, const BlockBandedM
                   std::max(0.0, scaled.squaredNorm() - leverage)};
 }
 
+// The least density: the prior's information about an axis from one state to the next is then this
+// many times what corners may tell (1e7 / m^2), and its rounding still far below that.
+double LeastDensity(WhiteNoiseOn on, const NoiseStatistics& statistics) {
+  constexpr double kMostInformation = 1e18;
+  if (!(statistics.motions > 0)) return 1e-8;
+  const double root = RootInformation({on, 1.0}, statistics.motion_s / statistics.motions)(0, 0);
+  return root * root / kMostInformation;
+}
+
 double Bounded(double ratio) { return std::clamp(ratio, 0.1, 10.0); }
 
-// New value of a variance.
+// New value of a variance. Data that say less of it than this keep it: zero would claim what they
+// do not show.
+constexpr double kLeastDof = 0.25;
 double Updated(double variance, const VarianceStatistic& statistic, double low, double high) {
   if (!(statistic.dof >= 1)) return variance;
   const double ratio = Bounded(statistic.sum / statistic.dof / variance);
@@ -124,14 +135,14 @@ std::string Source(const EstimatorOptions& options, const char* otherwise) {
 }
 
 // One part's prior as the options say it; `start` holds the densities to begin with.
-MotionPrior InitialPrior(const EstimatorOptions& options, const std::optional<double>& accel,
+MotionPrior InitialPrior(const std::string& name, const std::optional<double>& accel,
                          const std::optional<double>& jerk, WhiteNoiseOn open, double start_accel,
                          double start_jerk) {
   if (accel) return {WhiteNoiseOn::kAcceleration, *accel};
   if (jerk) return {WhiteNoiseOn::kJerk, *jerk};
   WhiteNoiseOn on = open;
-  if (options.motion_prior == "acceleration") on = WhiteNoiseOn::kAcceleration;
-  if (options.motion_prior == "jerk") on = WhiteNoiseOn::kJerk;
+  if (name == "acceleration") on = WhiteNoiseOn::kAcceleration;
+  if (name == "jerk") on = WhiteNoiseOn::kJerk;
   return {on, on == WhiteNoiseOn::kJerk ? start_jerk : start_accel};
 }
 
@@ -148,11 +159,14 @@ NoiseStatistics& NoiseStatistics::operator+=(const NoiseStatistics& other) {
   track += other.track;
   linear += other.linear;
   angular += other.angular;
+  motion_s += other.motion_s;
+  motions += other.motions;
   return *this;
 }
 
 NoiseStatistics NoiseStatistics::operator*(double factor) const {
-  return {corner * factor, track * factor, linear * factor, angular * factor};
+  return {corner * factor,  track * factor,    linear * factor,
+          angular * factor, motion_s * factor, motions * factor};
 }
 
 NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatrix& covariance,
@@ -171,6 +185,9 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
       // difference of equals.
       if (!measured[static_cast<size_t>(k)] && !measured[static_cast<size_t>(k + 1)]) continue;
       AddMotion(linear, covariance, k, noise, &out);
+      out.motion_s += ToSeconds(graph.states[static_cast<size_t>(k + 1)].t_ns -
+                                graph.states[static_cast<size_t>(k)].t_ns);
+      ++out.motions;
     } else if (factor.kind == FactorKind::kTag) {
       AddTag(factor, linear, covariance, noise.corner_sigma_px * noise.corner_sigma_px,
              typical_scale, &out);
@@ -198,13 +215,14 @@ bool MotionIsLearned(const EstimatorOptions& options) {
          !IsGiven(options.angular_accel_psd, options.angular_jerk_psd);
 }
 
-NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open) {
+NoiseModel InitialNoise(const EstimatorOptions& options, const MotionKinds& open) {
   NoiseModel noise;
   noise.corner_sigma_px = options.corner_sigma_px.value_or(noise.corner_sigma_px);
   noise.track_sigma_px = options.track_sigma_px.value_or(noise.track_sigma_px);
-  noise.linear = InitialPrior(options, options.accel_psd, options.jerk_psd, open, 1.0, 30.0);
-  noise.angular =
-      InitialPrior(options, options.angular_accel_psd, options.angular_jerk_psd, open, 10.0, 300.0);
+  noise.linear = InitialPrior(options.motion_prior, options.accel_psd, options.jerk_psd,
+                              open.linear, 1.0, 30.0);
+  noise.angular = InitialPrior(options.motion_prior, options.angular_accel_psd,
+                               options.angular_jerk_psd, open.angular, 10.0, 300.0);
   noise.source = Source(options, "default");
   return noise;
 }
@@ -223,10 +241,12 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
         Updated(square(noise.track_sigma_px), statistics.track, square(least), square(20.0)));
   }
   if (!IsGiven(options.accel_psd, options.jerk_psd)) {
-    out.linear.psd = Updated(noise.linear.psd, statistics.linear, 1e-8, 1e7);
+    const double least = LeastDensity(noise.linear.on, statistics);
+    out.linear.psd = Updated(noise.linear.psd, statistics.linear, least, 1e7);
   }
   if (!IsGiven(options.angular_accel_psd, options.angular_jerk_psd)) {
-    out.angular.psd = Updated(noise.angular.psd, statistics.angular, 1e-8, 1e8);
+    const double least = LeastDensity(noise.angular.on, statistics);
+    out.angular.psd = Updated(noise.angular.psd, statistics.angular, least, 1e8);
   }
   out.source = Source(options, "learned");
   return out;
@@ -246,9 +266,12 @@ NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& 
   }
   for (size_t i = 0; i < 4; ++i) {
     const double shrink = (*last_step_)[i] == 0 ? 0 : step[i] / (*last_step_)[i];
-    // Only a steady geometric approach is carried on, and not beyond what can be believed.
-    if (shrink > 0.1 && shrink < 0.9) {
-      extra[i] = std::clamp(step[i] * shrink / (1 - shrink), -2.0, 2.0);
+    // Only a steady geometric approach is carried on, and not beyond what can be believed. A
+    // density that the data want to be zero falls by ever the same factor.
+    constexpr double kSteady = 0.98;
+    if (shrink > 0.1 && shrink < 1.1) {
+      const double s = std::min(shrink, kSteady);
+      extra[i] = std::clamp(step[i] * s / (1 - s), -2.0, 2.0);
     }
   }
   last_step_.reset();

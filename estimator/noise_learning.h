@@ -23,6 +23,7 @@ struct VarianceStatistic {
 /// Statistics of all four sources.
 struct NoiseStatistics {
   VarianceStatistic corner, track, linear, angular;
+  double motion_s = 0, motions = 0;  // time that the motion is taken over, in so many steps
   NoiseStatistics& operator+=(const NoiseStatistics& other);
   NoiseStatistics operator*(double factor) const;
 };
@@ -44,12 +45,18 @@ bool MotionPriorIsOpen(const EstimatorOptions& options);
 /// Whether both densities of the motion prior are learned.
 bool MotionIsLearned(const EstimatorOptions& options);
 
+/// What of the two parts of the motion is white noise.
+struct MotionKinds {
+  WhiteNoiseOn linear = WhiteNoiseOn::kJerk, angular = WhiteNoiseOn::kJerk;
+};
+
 /// Noise to begin with: given values, defaults elsewhere; source "default" or "given". Where the
 /// options leave the motion prior open it is `open`.
-NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open = WhiteNoiseOn::kJerk);
+NoiseModel InitialNoise(const EstimatorOptions& options, const MotionKinds& open = {});
 
 /// Noise from statistics, given values kept; a step changes a parameter at most tenfold. A source
-/// with less than one degree of freedom keeps its value.
+/// with less than one degree of freedom keeps its value. A density stays above where its
+/// information would drown the measurements' in rounding.
 NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistics,
                        const EstimatorOptions& options);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 namespace tagtwist {
 namespace {
@@ -48,6 +49,14 @@ void PredictionCheck::Add(const GraphState& state, const BlockBandedMatrix::Bloc
   while (ToSeconds(state.t_ns - states_.front().t_ns) > 1.3 * kHorizonsS.back()) {
     states_.pop_front();
   }
+}
+
+StateVector PredictionCheck::Inflation::OfSigmas() const {
+  StateVector out;
+  out.segment<3>(0).setConstant(std::sqrt(angular));
+  out.segment<6>(3).setConstant(std::sqrt(linear));
+  out.segment<3>(9).setConstant(std::sqrt(angular));
+  return out;
 }
 
 PredictionCheck::Inflation PredictionCheck::At(double gap_s) const {

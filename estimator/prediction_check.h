@@ -17,6 +17,8 @@ class PredictionCheck {
   /// By how much the variance of a prediction is to be multiplied, >= 1.
   struct Inflation {
     double linear = 1, angular = 1;  // position and velocity; attitude and rate
+    /// The same for the standard deviations of a state.
+    StateVector OfSigmas() const;
   };
 
   /// A smoothed state that has measurements around it. Stamps must grow.

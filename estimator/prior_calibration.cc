@@ -43,12 +43,51 @@ double TraceOfProduct(const BlockBandedMatrix& a, const BlockBandedMatrix& b) {
   return sum;
 }
 
+// a x of a symmetric matrix.
+Eigen::VectorXd Product(const BlockBandedMatrix& a, const Eigen::VectorXd& x) {
+  constexpr int kSize = BlockBandedMatrix::kSize;
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(x.size());
+  for (int j = 0; j < a.size(); ++j) {
+    const auto x_j = x.segment<kSize>(kSize * j);
+    out.segment<kSize>(kSize * j) += a.At(j, j) * x_j;
+    for (int i = j + 1; i <= std::min(a.size() - 1, j + a.bandwidth()); ++i) {
+      out.segment<kSize>(kSize * i) += a.At(i, j) * x_j;
+      out.segment<kSize>(kSize * j) += a.At(i, j).transpose() * x.segment<kSize>(kSize * i);
+    }
+  }
+  return out;
+}
+
 // Share of the prior in the state's information, in [0, 1].
 double PriorShare(const StateCovariance& of_prior, const StateCovariance& covariance) {
   return covariance.ldlt().solve(of_prior).trace() / static_cast<double>(covariance.rows());
 }
 
 }  // namespace
+
+PowerStatistic& PowerStatistic::operator+=(const PowerStatistic& other) {
+  found += other.found;
+  noise_alone += other.noise_alone;
+  under_prior += other.under_prior;
+  return *this;
+}
+
+PowerStatistic PowerStatistic::operator*(double factor) const {
+  return {factor * found, factor * noise_alone, factor * under_prior};
+}
+
+double PowerStatistic::RawPower() const {
+  const double of_motion = under_prior - noise_alone;
+  return of_motion > 0.1 ? (found - noise_alone) / of_motion : 1;  // else next to nothing is known
+}
+
+double PowerStatistic::Power() const {
+  const double of_motion = under_prior - noise_alone;
+  if (!(of_motion > 0.1)) return 1;
+  // The estimate's variance is about 2 under_prior / of_motion^2; before the data it is near 1.
+  const double precision = of_motion * of_motion / (2 * under_prior);
+  return std::clamp(1 + (RawPower() - 1) * precision / (1 + precision), 0.05, 5.0);
+}
 
 PriorCalibration CalibratePrior(const Graph& graph) {
   PriorCalibration out;
@@ -69,33 +108,29 @@ PriorCalibration CalibratePrior(const Graph& graph) {
   const double trace = TraceOfProduct(middle.SelectedInverse(), motion.hessian);
   const double trace_loose = std::exp(-kStep) * TraceOfProduct(p_loose, motion.hessian);
   const double trace_stiff = std::exp(kStep) * TraceOfProduct(p_stiff, motion.hessian);
-  const double under_prior = (trace_stiff - trace_loose) / (2 * kStep);
+  out.statistic.under_prior = (trace_stiff - trace_loose) / (2 * kStep);
   const double slope = -(trace_loose - 2 * trace + trace_stiff) / (kStep * kStep);
-  const double noise_alone = (under_prior + slope) / 2;
-  const double of_motion = under_prior - noise_alone;
-  if (!(of_motion > 0.1)) return out;  // next to nothing to learn from
-  const double found = motion.gradient.dot(middle.Solve(motion.gradient));
-  out.raw_power = (found - noise_alone) / of_motion;
-  // The estimate's variance is about 2 under_prior / of_motion^2; before the data it is near 1.
-  const double precision = of_motion * of_motion / (2 * under_prior);
-  out.power = std::clamp(1 + (out.raw_power - 1) * precision / (1 + precision), 0.05, 5.0);
+  out.statistic.noise_alone = (out.statistic.under_prior + slope) / 2;
+  const Eigen::VectorXd gradient =
+      motion.gradient - Product(motion.hessian, middle.Solve(total.gradient));
+  out.statistic.found = gradient.dot(middle.Solve(gradient));
   return out;
 }
 
-std::vector<StateCovariance> Calibrated(const PriorCalibration& calibration,
+std::vector<StateCovariance> Calibrated(double power, const std::vector<StateCovariance>& of_prior,
                                         const BlockBandedMatrix& covariance) {
   std::vector<StateCovariance> out;
   std::vector<double> shares;
   for (int k = 0; k < covariance.size(); ++k) {
     out.push_back(covariance.At(k, k).topLeftCorner<12, 12>());
-    shares.push_back(PriorShare(calibration.of_prior[static_cast<size_t>(k)], out.back()));
+    shares.push_back(PriorShare(of_prior[static_cast<size_t>(k)], out.back()));
   }
-  if (calibration.power == 1 || out.empty()) return out;
+  if (power == 1 || out.empty()) return out;
   const double typical = Quantile(shares, 0.5);
   for (size_t i = 0; i < out.size(); ++i) {
     const double of_measurements = std::clamp((1 - shares[i]) / (1 - typical), 0.0, 1.0);
-    const double weight = calibration.power < 1 ? of_measurements * of_measurements : 1.0;
-    out[i] += weight * (calibration.power - 1) * calibration.of_prior[i];
+    const double weight = power < 1 ? of_measurements * of_measurements : 1.0;
+    out[i] += weight * (power - 1) * of_prior[i];
   }
   return out;
 }

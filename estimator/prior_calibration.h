@@ -11,27 +11,38 @@ namespace tagtwist {
 /// learned from the motion that they do resolve; how fast the motion's spectrum falls beyond is the
 /// prior's assumption, and most flights are smoother. The smoothed states' covariance then promises
 /// errors that do not come, up to half of the velocity's variance, or, on rougher flights, too few.
-struct PriorCalibration {
+///
+/// T of CalibratePrior, and what it would be on average if there were nothing but noise, and if the
+/// prior held: of one recording or summed over several pieces.
+struct PowerStatistic {
+  double found = 0, noise_alone = 0, under_prior = 0;
+
+  PowerStatistic& operator+=(const PowerStatistic& other);
+  PowerStatistic operator*(double factor) const;
   /// Power of the motion at the limit of resolution over what the prior expects: 1 where the prior
-  /// holds, 0 for motion without anything there. Raw: unbiased, noisy on short recordings.
-  double raw_power = 1;
+  /// holds, 0 for motion without anything there. Unbiased, noisy on short recordings.
+  double RawPower() const;
   /// The same drawn towards 1 as far as the recording is too short to tell, within [0.05, 5].
-  double power = 1;
+  double Power() const;
+};
+
+struct PriorCalibration {
+  PowerStatistic statistic;
   /// The share of each state's covariance that comes of the prior, P A'A P: the variance of the
   /// smoothed states' bias if the prior holds. The rest is the measurements' noise.
   std::vector<StateCovariance> of_prior;
 };
 
-/// At the solution of a graph: with whitened motion residuals r = A x, the quadratic form
-/// T = r'A P A'r weighs the motion most at the limit of resolution. Its expectation is tr(M - M^2)
-/// under the prior, tr(M^2 - M^3) if there is nothing but noise, M = P A'A; the traces are
-/// derivatives of tr(M) by the logarithm of the density.
+/// At the solution of a graph, or one step from it: with whitened motion residuals r = A x, the
+/// quadratic form T = r'A P A'r weighs the motion most at the limit of resolution. Its expectation
+/// is tr(M - M^2) under the prior, tr(M^2 - M^3) if there is nothing but noise, M = P A'A; the
+/// traces are derivatives of tr(M) by the logarithm of the density.
 PriorCalibration CalibratePrior(const Graph& graph);
 
-/// `covariance` of state k with its prior's share scaled by the power. States that hang mostly on
-/// the prior (gaps) keep theirs where the power is below 1: there the motion that was resolved
+/// `covariance` of each state with its prior's share scaled by the power. States that hang mostly
+/// on the prior (gaps) keep theirs where the power is below 1: there the motion that was resolved
 /// elsewhere counts, which set the density.
-std::vector<StateCovariance> Calibrated(const PriorCalibration& calibration,
+std::vector<StateCovariance> Calibrated(double power, const std::vector<StateCovariance>& of_prior,
                                         const BlockBandedMatrix& covariance);
 
 }  // namespace tagtwist

@@ -1,7 +1,6 @@
 #include "estimator/sliding_window.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -22,13 +21,9 @@ FrameEstimate WithoutState(const FrameMeasurements& measurement) {
   return out;
 }
 
-// Rows and columns of (theta, omega) and of (p, v) scaled.
-void Inflate(const PredictionCheck::Inflation& by, StateCovariance* covariance) {
-  StateVector scale;
-  scale.segment<3>(0).setConstant(std::sqrt(by.angular));
-  scale.segment<6>(3).setConstant(std::sqrt(by.linear));
-  scale.segment<3>(9).setConstant(std::sqrt(by.angular));
-  *covariance = scale.asDiagonal() * *covariance * scale.asDiagonal();
+// With its standard deviations multiplied.
+StateCovariance Scaled(const StateCovariance& covariance, const StateVector& by) {
+  return by.asDiagonal() * covariance * by.asDiagonal();
 }
 
 }  // namespace
@@ -51,6 +46,7 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
     out.lagged = EstimatesOfAll();
     Forget(seen_.size());
     hypotheses_.clear();
+    calibration_.Break();
     mirror_is_open_ = true;
     mirror_cost_of_left_ = 0;
     starts = StartFrame(setup_, noise_, measurement, nullptr, std::nullopt);
@@ -175,7 +171,8 @@ std::optional<StateAndCovariance> SlidingWindow::PredictAt(int64_t t_ns) const {
   // Over a frame or two the prior is what was learned; what is found beyond is for gaps.
   if (const double gap_s = GapSeconds(hypotheses_.front(), newest); gap_s > 0) {
     const double ahead_s = ToSeconds(t_ns - solution.graph.states.back().t_ns);
-    Inflate(prediction_check_.At(gap_s + ahead_s), &out->covariance);
+    const StateVector by = prediction_check_.At(gap_s + ahead_s).OfSigmas();
+    out->covariance = Scaled(out->covariance, by);
   }
   return out;
 }
@@ -203,8 +200,11 @@ FrameEstimate SlidingWindow::EstimateOf(int state) const {
   FrameEstimate out = ToFrameEstimate(seen_[k].closed_form, seen_[k].n_tracks, frame,
                                       BodyCovariance(covariance, in_solution));
   out.pose_bound = PoseBound(setup_, noise_.corner_sigma_px, out.state.world_from_body, frame.tags);
+  const bool leaves = state == 0 && static_cast<int>(seen_.size()) == setup_.options.window_frames;
   if (const double gap_s = GapSeconds(likeliest, state); gap_s > 0) {
-    Inflate(prediction_check_.At(gap_s), &out.covariance);
+    out.covariance = Scaled(out.covariance, prediction_check_.At(gap_s).OfSigmas());
+  } else if (leaves) {
+    out.covariance = Scaled(out.covariance, calibration_.scale());
   }
   constexpr double kOpenRad = 0.0873;  // 5 degrees
   if (mirror_is_open_ && mirror_angle_rad_ > kOpenRad) out.status = FrameStatus::kNoFix;
@@ -248,6 +248,9 @@ void SlidingWindow::LearnFromLeavingState() {
   statistics_ = statistics_ * kFade;
   statistics_ += StatisticsOfLeaving();
   noise_ = UpdateNoise(noise_, statistics_, setup_.options);
+  if (MotionIsLearned(setup_.options)) {
+    calibration_.Add(setup_, noise_, hypotheses_.front().input.frames);
+  }
 }
 
 void SlidingWindow::LetTheOldestLeave() {

@@ -11,6 +11,7 @@
 #include "estimator/tag_audit.h"
 #include "estimator/track_segments.h"
 #include "estimator/trajectory.h"
+#include "estimator/window_calibration.h"
 #include "estimator/window_hypothesis.h"
 #include "frontend/types/measurements.h"
 
@@ -82,6 +83,7 @@ class SlidingWindow {
   std::optional<int64_t> last_tag_ns_;        // of the frames that left
   TagAudit audit_;                            // of the frames that left
   PredictionCheck prediction_check_;          // likewise
+  WindowCalibration calibration_;             // likewise
   NoiseStatistics statistics_;                // likewise, fading
   bool has_learned_ = false;
 };

@@ -20,7 +20,7 @@ using ::testing::StartsWith;
 class BadImages : public ::testing::Test {
  protected:
   BadImages() {
-    MakeRecording(folder_.path().string(), "rec", DatasetFormat::kFolder, true);
+    MakeRecording(folder_.path(), "rec", DatasetFormat::kFolder, true);
     const auto table = CsvTable::Read(folder_ / "rec/timestamps.csv");
     if (!table) throw std::runtime_error(table.error().message);
     const auto file = table->FindColumn("file");
@@ -32,7 +32,7 @@ class BadImages : public ::testing::Test {
   ProgramRun Estimate(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments = {"--dataset", "rec", "--output", "out"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return RunProgram(folder_.path().string(), "tagtwist_estimate", arguments);
+    return RunProgram(folder_.path(), "tagtwist_estimate", arguments);
   }
   void ExpectRefusal(const std::string& fault) const {
     const ProgramRun run = Estimate();

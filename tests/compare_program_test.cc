@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 ProgramRun RunCompare(const TempFolder& folder, const std::vector<std::string>& arguments) {
-  return RunProgram(folder.path().string(), "tagtwist_compare", arguments);
+  return RunProgram(folder.path(), "tagtwist_compare", arguments);
 }
 
 // Four frames 1 s apart along x, the truth straight; errors of 3, 4, 0, 0 mm in y and z.

@@ -74,15 +74,13 @@ TEST_P(CompareRefusals, OneLineAndNothingWritten) {
   WriteText(folder / "input", GetParam().text);
   WriteText(folder / "good.tum", kTum);
   std::filesystem::create_directory(folder / "folder");
-  const ProgramRun run =
-      RunProgram(folder.path().string(), "tagtwist_compare", GetParam().arguments);
+  const ProgramRun run = RunProgram(folder.path(), "tagtwist_compare", GetParam().arguments);
   EXPECT_EQ(run.status, GetParam().status) << run.err;
   EXPECT_TRUE(IsOneLine(run.err)) << run.err;
   EXPECT_THAT(run.err, StartsWith("tagtwist_compare: "));
   EXPECT_THAT(run.err, HasSubstr(GetParam().fault));
   EXPECT_EQ(run.out, "");
-  EXPECT_EQ(ListTree(folder.path().string()),
-            (std::vector<std::string>{"folder", "good.tum", "input"}));
+  EXPECT_EQ(ListTree(folder.path()), (std::vector<std::string>{"folder", "good.tum", "input"}));
 }
 INSTANTIATE_TEST_SUITE_P(All, CompareRefusals, ::testing::ValuesIn(Refusals()),
                          [](const auto& test) { return std::string(test.param.name); });

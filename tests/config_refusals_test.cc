@@ -141,9 +141,9 @@ TEST(ConfigRefusals, AbsentFileAndFolder) {
   ASSERT_FALSE(absent);
   EXPECT_EQ(absent.error().message, "no/such/file.yaml: cannot open");
   const TempFolder folder;
-  const Result<Config> opened = LoadConfig(folder.path().string());
+  const Result<Config> opened = LoadConfig(folder.path());
   ASSERT_FALSE(opened);
-  EXPECT_EQ(opened.error().message, folder.path().string() + ": expected a file, got a folder");
+  EXPECT_EQ(opened.error().message, folder.path() + ": expected a file, got a folder");
 }
 
 TEST(ConfigRefusals, AnyTruncationIsReadOrRefusedInOneLine) {

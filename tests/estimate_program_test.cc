@@ -24,7 +24,7 @@ const std::string kSource = TAGTWIST_SOURCE_DIR;
 class EstimateProgram : public testing::Test {
  protected:
   void Run(const std::string& program, const Arguments& arguments) {
-    const ProgramRun run = RunProgram(folder_.path().string(), program, arguments);
+    const ProgramRun run = RunProgram(folder_.path(), program, arguments);
     ASSERT_EQ(run.status, 0) << run.err;
   }
   void Simulate(const std::string& name, Arguments arguments) {
@@ -38,7 +38,7 @@ class EstimateProgram : public testing::Test {
     const std::string text = ReadText(Path(output) / "summary.json");
     return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
   }
-  fs::path Path(const std::string& name) const { return folder_.path() / name; }
+  fs::path Path(const std::string& name) const { return folder_ / name; }
 
   TempFolder folder_;
 };
@@ -143,7 +143,7 @@ TEST_F(EstimateProgram, ADisplacedTagIsNamedAndSurvived) {
   for (const std::string mode : {"--nosliding_window", "--sliding_window"}) {
     const auto clean = Estimate("clean_out", {"--dataset", "clean", "--use_detections", mode});
     const ProgramRun run =
-        RunProgram(folder_.path().string(), "tagtwist_estimate",
+        RunProgram(folder_.path(), "tagtwist_estimate",
                    {"--dataset", "moved", "--use_detections", "--output", "moved_out", mode});
     const std::string line = "tag 41 disagrees with the map by 40 mm in ";
     EXPECT_NE(run.err.find(line), std::string::npos) << run.err;

@@ -194,18 +194,18 @@ class EstimateRefusals : public ::testing::TestWithParam<Refusal> {};
 TEST_P(EstimateRefusals, OneLineAndNothingWritten) {
   const Refusal& refusal = GetParam();
   const TempFolder folder;
-  MakeRecording(folder.path().string(), "rec", refusal.format, false);
-  refusal.spoil(folder.path().string());
-  const std::vector<std::string> before = ListTree(folder.path().string());
+  MakeRecording(folder.path(), "rec", refusal.format, false);
+  refusal.spoil(folder.path());
+  const std::vector<std::string> before = ListTree(folder.path());
   Arguments arguments = {"--dataset", "rec", "--output", "out"};
   arguments.insert(arguments.end(), refusal.arguments.begin(), refusal.arguments.end());
-  const ProgramRun run = RunProgram(folder.path().string(), "tagtwist_estimate", arguments);
+  const ProgramRun run = RunProgram(folder.path(), "tagtwist_estimate", arguments);
   EXPECT_EQ(run.status, refusal.status) << run.err;
   EXPECT_TRUE(IsOneLine(run.err)) << run.err;
   EXPECT_THAT(run.err, StartsWith("tagtwist_estimate: "));
   EXPECT_THAT(run.err, HasSubstr(refusal.fault));
   EXPECT_EQ(run.out, "");
-  EXPECT_EQ(ListTree(folder.path().string()), before);
+  EXPECT_EQ(ListTree(folder.path()), before);
 }
 INSTANTIATE_TEST_SUITE_P(Dataset, EstimateRefusals, ::testing::ValuesIn(DatasetRefusals()),
                          [](const auto& test) { return test.param.name; });

@@ -46,7 +46,7 @@ TEST(FileSet, ReplacesItsOwnFilesAndLeavesOthersAlone) {
   WriteText(temp / "mine.txt", "mine");
   WriteText(temp / "one.csv", "old");
   WriteText(temp / "stale.csv", "old");
-  auto set = FileSet::Begin(temp.path().string());
+  auto set = FileSet::Begin(temp.path());
   ASSERT_TRUE(set);
   ASSERT_TRUE((*set)->Add("one.csv", "new"));
   EXPECT_EQ(ReadText(temp / "one.csv"), "old") << "not before Commit";
@@ -65,7 +65,7 @@ TEST(FileSet, WhatCannotBePutInPlaceChangesNothing) {
   fs::create_directory(temp / "two.csv");
   WriteText(temp / "two.csv/inside", "kept");
   {
-    auto set = FileSet::Begin(temp.path().string());
+    auto set = FileSet::Begin(temp.path());
     ASSERT_TRUE(set);
     ASSERT_TRUE((*set)->Add("one.csv", "new"));
     ASSERT_TRUE((*set)->Add("two.csv", "new"));
@@ -84,7 +84,7 @@ TEST(FileSet, RenamesThatFailAreUndone) {
   const TempFolder temp;
   WriteText(temp / "one.csv", "old");
   {
-    auto set = FileSet::Begin(temp.path().string());
+    auto set = FileSet::Begin(temp.path());
     ASSERT_TRUE(set);
     ASSERT_TRUE((*set)->Add("one.csv", "new"));
     ASSERT_TRUE((*set)->Add("two.csv", "new"));
@@ -114,7 +114,7 @@ TEST(FileSet, FileInTheWayOfTheFolderIsRefusedBeforehand) {
 TEST(FileSet, CheckLeavesNothingBehind) {
   const TempFolder temp;
   EXPECT_TRUE(CheckOutputFolder(temp / "a/b/c"));
-  EXPECT_TRUE(CheckOutputFolder(temp.path().string()));
+  EXPECT_TRUE(CheckOutputFolder(temp.path()));
   EXPECT_EQ(CountEntries(temp.path()), 0u);
 }
 

@@ -34,7 +34,7 @@ class FormatsProgram : public testing::Test {
   void SetUp() override { WriteText(folder_ / "mount.yaml", kMount); }
 
   ProgramRun Run(const std::string& program, const Arguments& arguments) {
-    return RunProgram(folder_.path().string(), program, arguments);
+    return RunProgram(folder_.path(), program, arguments);
   }
   void RunWell(const std::string& program, const Arguments& arguments) {
     const ProgramRun run = Run(program, arguments);

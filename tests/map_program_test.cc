@@ -44,7 +44,7 @@ cv::Mat Rasterise(const std::string& svg, double px_per_mm, int width, int heigh
 class MapProgram : public testing::Test {
  protected:
   ProgramRun Run(const std::vector<std::string>& arguments) {
-    return RunProgram(folder_.path().string(), "tagtwist_map", arguments);
+    return RunProgram(folder_.path(), "tagtwist_map", arguments);
   }
   TempFolder folder_;
 };
@@ -68,7 +68,7 @@ TEST_F(MapProgram, RefusesInOneLine) {
   EXPECT_EQ(Run({"--check", "nothing.yaml"}).status, 1);
   EXPECT_EQ(Run({}).status, 2);
   EXPECT_EQ(Run({"--map", "grid.yaml"}).status, 2);
-  EXPECT_EQ(ListTree(folder_.path().string()), std::vector<std::string>{"grid.yaml"});
+  EXPECT_EQ(ListTree(folder_.path()), std::vector<std::string>{"grid.yaml"});
 }
 
 // What is drawn is detected where the map has it.
@@ -99,7 +99,7 @@ TEST_F(MapProgram, DrawsTagsInTrueSize) {
 }
 
 TEST_F(MapProgram, MakesAMapFromARecording) {
-  MakeRecording(folder_.path().string(), "flight", DatasetFormat::kFolder, false);
+  MakeRecording(folder_.path(), "flight", DatasetFormat::kFolder, false);
   const ProgramRun run = Run(
       {"--from", "flight", "--use_detections", "--tag_size_m", "0.152", "--output", "made.yaml"});
   ASSERT_EQ(run.status, 0) << run.err;
@@ -124,7 +124,7 @@ TEST_F(MapProgram, RefusesToMakeAMapFromNothing) {
   const ProgramRun run = Run({"--from", "no", "--tag_size_m", "0.1", "--output", "made.yaml"});
   EXPECT_EQ(run.status, 1);
   EXPECT_TRUE(IsOneLine(run.err)) << run.err;
-  EXPECT_TRUE(ListTree(folder_.path().string()).empty());
+  EXPECT_TRUE(ListTree(folder_.path()).empty());
 }
 
 TEST_F(MapProgram, EveryPlaneIsASheetOfItsOwn) {

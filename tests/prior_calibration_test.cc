@@ -6,13 +6,12 @@
 #include <cmath>
 
 #include "estimator/batch.h"
-#include "estimator/config.h"
 #include "estimator/linear_system.h"
 #include "estimator/seeding.h"
+#include "estimator/sliding_window.h"
 #include "estimator/smoother.h"
-#include "frontend/named_flights.h"
-#include "frontend/simulator.h"
 #include "tests/exact_model.h"
+#include "tests/simulated_flight.h"
 
 namespace tagtwist {
 namespace {
@@ -32,7 +31,7 @@ TEST_P(PriorCalibrationTest, WhereThePriorHoldsThePowerIsOneOnAverage) {
   constexpr int kFlights = 30;
   for (unsigned seed = 1; seed <= kFlights; ++seed) {
     const ExactModelFlight flight = DrawFlight(Model(seed));
-    sum += CalibratePrior(Solved(Model(seed), flight.measurements).graph).raw_power;
+    sum += CalibratePrior(Solved(Model(seed), flight.measurements).graph).statistic.RawPower();
   }
   EXPECT_NEAR(sum / kFlights, 1.0, 0.4);
 }
@@ -88,30 +87,10 @@ NeesPerDof MeanNees(const std::vector<FrameEstimate>& frames, const std::vector<
 // A sum of sines has nothing at the limit of resolution: without the calibration the twist's
 // covariance is twice too large.
 TEST(PriorCalibration, OnASmoothFlightTheTwistsCovarianceHolds) {
-  const Config config = DefaultConfig();
-  const auto poses = MakeFlight("agile", config.map, FlightOptions{12.0, 1.2});
-  ASSERT_TRUE(poses);
-  const auto trajectory = *SplineTrajectory::Fit(*poses, SplineOptions{});
-  SimulatorOptions options;
-  options.images = false;
-  options.corner_noise_px = 0.15;
-  const auto simulator =
-      *Simulator::Make(config.camera, config.cam_from_body, config.map, trajectory, options);
-  std::vector<FrameMeasurements> measurements;
-  std::vector<BodyState> truth;
-  const auto stamps = MakeStamps(trajectory.first_ns(), trajectory.last_ns(), StampOptions{});
-  ASSERT_TRUE(stamps);
-  for (const int64_t t_ns : *stamps) {
-    const SimulatedFrame frame = simulator.MakeFrame(measurements.size(), t_ns);
-    FrameMeasurements m;
-    m.t_ns = t_ns;
-    m.tags = frame.detections;
-    measurements.push_back(std::move(m));
-    truth.push_back(frame.truth);
-  }
-  const auto result = RunBatch(CourseSetup(), measurements);
+  const SimulatedFlight flight = SimulateCorners("agile", 12);
+  const auto result = RunBatch(CourseSetup(), flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
-  const NeesPerDof calibrated = MeanNees(result->frames, truth);
+  const NeesPerDof calibrated = MeanNees(result->frames, flight.truth);
   EXPECT_GT(calibrated.twist, 0.7);
   EXPECT_LT(calibrated.twist, 1.4);
   EXPECT_GT(calibrated.pose, 0.8);
@@ -120,7 +99,27 @@ TEST(PriorCalibration, OnASmoothFlightTheTwistsCovarianceHolds) {
   for (size_t i = 0; i < plain.size(); ++i) {
     plain[i].covariance = result->trajectory.covariances[i].topLeftCorner<12, 12>();
   }
-  EXPECT_LT(MeanNees(plain, truth).twist, 0.65);
+  EXPECT_LT(MeanNees(plain, flight.truth).twist, 0.65);
+}
+
+TEST(PriorCalibration, TheFramesThatLeaveAWindowAreCalibratedToo) {
+  const SimulatedFlight flight = SimulateCorners("agile", 12);
+  SlidingWindow window(CourseSetup());
+  std::vector<FrameEstimate> lagged;
+  for (const FrameMeasurements& m : flight.measurements) {
+    const auto out = window.Add(m);
+    ASSERT_TRUE(out) << out.error().message;
+    lagged.insert(lagged.end(), out->lagged.begin(), out->lagged.end());
+  }
+  constexpr size_t kKnown = 150;  // the frames that the first calibration came of, and more
+  const std::vector<BodyState> truth(flight.truth.begin() + kKnown,
+                                     flight.truth.begin() + lagged.size());
+  lagged.erase(lagged.begin(), lagged.begin() + kKnown);
+  const NeesPerDof nees = MeanNees(lagged, truth);
+  EXPECT_GT(nees.twist, 0.7);
+  EXPECT_LT(nees.twist, 1.4);
+  EXPECT_GT(nees.pose, 0.7);
+  EXPECT_LT(nees.pose, 1.4);
 }
 
 // States that hang on the prior alone are not promised anything that only holds elsewhere.
@@ -130,9 +129,8 @@ TEST(PriorCalibration, AGapKeepsItsCovariance) {
   std::vector<FrameMeasurements> blind = flight.measurements;
   for (size_t i = 20; i < 45; ++i) blind[i].tags.clear();
   const Solution solution = Solved(model, blind);
-  PriorCalibration calibration = CalibratePrior(solution.graph);
-  calibration.power = 0.05;
-  const auto covariances = Calibrated(calibration, solution.covariance);
+  const PriorCalibration calibration = CalibratePrior(solution.graph);
+  const auto covariances = Calibrated(0.05, calibration.of_prior, solution.covariance);
   const auto twist_ratio = [&](size_t i) {
     const auto k = static_cast<int>(i);
     return covariances[i].bottomRightCorner<6, 6>().trace() /

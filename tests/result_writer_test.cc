@@ -60,10 +60,10 @@ TEST(ResultWriter, FilesOfAnEarlierRunThatThisOneLacksAreRemoved) {
   context.write_covariance = true;
   WriteText(temp / "notes.txt", "mine");
   WriteText(temp / "ground_truth.csv", "of a data set");
-  ASSERT_TRUE(WriteResults(temp.path().string(), window, context));
+  ASSERT_TRUE(WriteResults(temp.path(), window, context));
   EXPECT_TRUE(fs::exists(temp / "states_lagged.csv"));
   EXPECT_TRUE(fs::exists(temp / "covariance_lagged.csv"));
-  ASSERT_TRUE(WriteResults(temp.path().string(), batch, Context(batch, false)));
+  ASSERT_TRUE(WriteResults(temp.path(), batch, Context(batch, false)));
   EXPECT_THAT(Names(temp.path()),
               UnorderedElementsAre("closed_form.tum", "optimised.tum", "states.csv", "summary.json",
                                    "report.html", "notes.txt", "ground_truth.csv"));
@@ -75,7 +75,7 @@ TEST(ResultWriter, AFileThatCannotBeWrittenLeavesTheFolderAsItWas) {
   const Estimate estimate = SyntheticEstimate(kFrames, false);
   WriteText(temp / "states.csv", "old");
   fs::create_directory(temp / "report.html");
-  const auto written = WriteResults(temp.path().string(), estimate, Context(estimate));
+  const auto written = WriteResults(temp.path(), estimate, Context(estimate));
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().message,
             temp / "report.html" + ": cannot write: is a folder, expected a file");

@@ -13,7 +13,7 @@ using ::testing::HasSubstr;
 
 ProgramRun Simulate(const TempFolder& folder, std::vector<std::string> arguments) {
   arguments.insert(arguments.end(), {"--supersampling", "2"});
-  return RunProgram(folder.path().string(), "tagtwist_simulate", arguments);
+  return RunProgram(folder.path(), "tagtwist_simulate", arguments);
 }
 
 TEST(SimulateProgram, SameBytesTwiceAndWithAnyNumberOfThreads) {
@@ -148,13 +148,13 @@ TEST(SimulateProgram, SaysSoWhenNoFrameSeesATag) {
   const TempFolder folder;
   WriteText(folder / "up.yaml",
             "cam_from_body: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 0]}\n");
-  const ProgramRun up = RunProgram(folder.path().string(), "tagtwist_simulate",
+  const ProgramRun up = RunProgram(folder.path(), "tagtwist_simulate",
                                    {"--config", "up.yaml", "--output", "up", "--images=false",
                                     "--duration", "1", "--rate", "5"});
   EXPECT_EQ(up.status, 0);
   EXPECT_NE(up.err.find("no frame sees a tag"), std::string::npos) << up.err;
   const ProgramRun down =
-      RunProgram(folder.path().string(), "tagtwist_simulate",
+      RunProgram(folder.path(), "tagtwist_simulate",
                  {"--output", "down", "--images=false", "--duration", "1", "--rate", "5"});
   EXPECT_EQ(down.err, "");
 }

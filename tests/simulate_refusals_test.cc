@@ -79,13 +79,13 @@ TEST_P(SimulateRefusals, OneLineAndNothingWritten) {
   WriteText(folder / "input", GetParam().text);
   std::vector<std::string> arguments = {"--output", "flight", "--duration", "1", "--rate", "5"};
   arguments.insert(arguments.end(), GetParam().arguments.begin(), GetParam().arguments.end());
-  const ProgramRun run = RunProgram(folder.path().string(), "tagtwist_simulate", arguments);
+  const ProgramRun run = RunProgram(folder.path(), "tagtwist_simulate", arguments);
   EXPECT_EQ(run.status, GetParam().status) << run.err;
   EXPECT_TRUE(IsOneLine(run.err)) << run.err;
   EXPECT_THAT(run.err, StartsWith("tagtwist_simulate: "));
   EXPECT_THAT(run.err, HasSubstr(GetParam().fault));
   EXPECT_EQ(run.out, "");
-  EXPECT_EQ(ListTree(folder.path().string()), std::vector<std::string>{"input"});
+  EXPECT_EQ(ListTree(folder.path()), std::vector<std::string>{"input"});
 }
 INSTANTIATE_TEST_SUITE_P(All, SimulateRefusals, ::testing::ValuesIn(Refusals()),
                          [](const auto& test) { return std::string(test.param.name); });
@@ -100,13 +100,12 @@ TEST(SimulateOutput, ThatExistsIsRefusedAndLeftAlone) {
   const TempFolder folder;
   for (const char* format : {"folder", "euroc", "mat"}) {
     WriteText(folder / "taken", "mine");
-    const ProgramRun run =
-        RunProgram(folder.path().string(), "tagtwist_simulate", Quick("taken", format));
+    const ProgramRun run = RunProgram(folder.path(), "tagtwist_simulate", Quick("taken", format));
     EXPECT_EQ(run.status, 1) << format;
     EXPECT_TRUE(IsOneLine(run.err)) << run.err;
     EXPECT_THAT(run.err, HasSubstr("taken"));
     EXPECT_EQ(ReadText(folder / "taken"), "mine");
-    EXPECT_EQ(ListTree(folder.path().string()), std::vector<std::string>{"taken"});
+    EXPECT_EQ(ListTree(folder.path()), std::vector<std::string>{"taken"});
   }
 }
 
@@ -115,24 +114,23 @@ TEST(SimulateOutput, ThatCannotBeMadeIsRefused) {
   WriteText(folder / "file", "");
   for (const char* format : {"folder", "euroc", "mat"}) {
     const ProgramRun run =
-        RunProgram(folder.path().string(), "tagtwist_simulate", Quick("file/below", format));
+        RunProgram(folder.path(), "tagtwist_simulate", Quick("file/below", format));
     EXPECT_EQ(run.status, 1) << format << ": " << run.err;
     EXPECT_TRUE(IsOneLine(run.err)) << run.err;
     EXPECT_THAT(run.err, HasSubstr("file/below"));
-    EXPECT_EQ(ListTree(folder.path().string()), std::vector<std::string>{"file"});
+    EXPECT_EQ(ListTree(folder.path()), std::vector<std::string>{"file"});
   }
 }
 
 TEST(SimulateOutput, AppearsWholeInEachFormat) {
   const TempFolder folder;
   for (const char* format : {"folder", "euroc", "mat"}) {
-    const ProgramRun run =
-        RunProgram(folder.path().string(), "tagtwist_simulate", Quick(format, format));
+    const ProgramRun run = RunProgram(folder.path(), "tagtwist_simulate", Quick(format, format));
     EXPECT_EQ(run.status, 0) << format << ": " << run.err;
     EXPECT_EQ(run.err, "");
     EXPECT_TRUE(std::filesystem::exists(folder / format));
   }
-  for (const std::string& path : ListTree(folder.path().string())) {
+  for (const std::string& path : ListTree(folder.path())) {
     EXPECT_EQ(path.find("partial"), std::string::npos) << path;
   }
 }

@@ -1,0 +1,35 @@
+#pragma once
+#include <vector>
+
+#include "estimator/estimate.h"
+#include "estimator/graph_builder.h"
+#include "estimator/prior_calibration.h"
+
+namespace tagtwist {
+
+/// PriorCalibration for a window, of stretches of the frames that left it: over a window alone the
+/// prior cannot be judged. Between two stretches as many frames are passed over, so that the cost,
+/// some milliseconds a stretch, falls on few frames.
+class WindowCalibration {
+ public:
+  /// The first frame of the window, smoothed, leaves it.
+  void Add(const EstimatorSetup& setup, const NoiseModel& noise,
+           const std::vector<GraphFrame>& window);
+  /// The stretch ends: what follows is not its continuation.
+  void Break() { stretch_.clear(); }
+  /// What to multiply the standard deviations of a frame that leaves by: one value for the
+  /// rotation, position, velocity and rate each. Ones until it is known. States with fewer frames
+  /// after them resolve less of the motion, and where they cease to the density holds: they keep
+  /// theirs.
+  const StateVector& scale() const { return scale_; }
+
+ private:
+  void Update(const EstimatorSetup& setup, const NoiseModel& noise, size_t leaving);
+
+  std::vector<GraphFrame> stretch_;
+  size_t passed_over_ = 0;    // frames since the last stretch
+  PowerStatistic statistic_;  // fading
+  StateVector scale_ = StateVector::Ones();
+};
+
+}  // namespace tagtwist
