@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/batch.h"
 #include "estimator/seeding.h"
-#include "estimator/sliding_window.h"
+#include "estimator/smoother.h"
 #include "tests/exact_model.h"
 #include "tests/simulated_flight.h"
 
@@ -23,17 +22,22 @@ TEST(ModelChoice, LinearAndAngularPartsAreChosenApart) {
   EXPECT_LT(noise.angular.psd, 1e-6);
 }
 
-// The density of a motion that there is none of falls, but never so far that the prior's
-// information, which grows as dt^-5, drowns the rest in rounding.
-TEST(ModelChoice, AMotionlessAttitudeAtAHighRateIsSolved) {
-  const auto measurements = SimulateCorners("straight", 2, 400).measurements;
-  const auto batch = RunBatch(CourseSetup(), measurements);
-  ASSERT_TRUE(batch) << batch.error().message;
-  EXPECT_LT(batch->noise.angular.psd, 1e-5);
-  SlidingWindow window(CourseSetup());
-  for (const FrameMeasurements& m : measurements) {
-    const auto out = window.Add(m);
-    ASSERT_TRUE(out) << out.error().message;
+// A density that the data want to be zero falls until the prior's information, which grows as
+// dt^-5, would drown the rest in rounding, and no further.
+TEST(ModelChoice, TheLeastDensityCanBeSolvedWith) {
+  const EstimatorSetup setup = CourseSetup();
+  NoiseStatistics motionless;
+  motionless.angular = {0, 1000};
+  motionless.motion_s = 1;
+  motionless.motions = 400;
+  GraphInput input;
+  input.frames = *SeedFrames(setup, SimulateCorners("straight", 1, 400).measurements);
+  for (const WhiteNoiseOn on : {WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk}) {
+    NoiseModel noise = InitialNoise(setup.options, {WhiteNoiseOn::kJerk, on});
+    for (int round = 0; round < 40; ++round) noise = UpdateNoise(noise, motionless, setup.options);
+    EXPECT_LT(noise.angular.psd, 0.1);
+    const auto solution = SolveAndInvert(setup, noise, input, {50});
+    EXPECT_TRUE(solution) << solution.error().message;
   }
 }
 
