@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <unordered_map>
 #include <utility>
 
@@ -42,13 +43,15 @@ std::vector<CalibrationFrame> MakeFrames(const Config& config, const std::vector
     frame.t_ns = seed.t_ns;
     frame.world_from_cam = seed.state.world_from_body * body_from_cam;
     frame.has_truth = HasTruth(truth, seed.t_ns, config.calibration.time_offset_sigma_s);
+    std::vector<CalibrationView> views;
     for (const TagDetection& tag : seed.tags) {
       CalibrationView view;
       view.tag = index.at(tag.id);
       view.pixels = tag.corners;
       if (!config.estimator.corner_sigma_px) view.covariance = tag.covariance;
-      frame.views.push_back(view);
+      views.push_back(view);
     }
+    frame.shared_views = std::make_shared<const std::vector<CalibrationView>>(std::move(views));
     out.push_back(std::move(frame));
   }
   return out;
@@ -68,7 +71,7 @@ void HoldUnseen(const std::vector<CalibrationFrame>& frames,
   }
   std::vector<bool> seen(static_cast<size_t>(layout.n_tags));
   for (const CalibrationFrame& frame : frames) {
-    for (const CalibrationView& view : frame.views) seen[static_cast<size_t>(view.tag)] = true;
+    for (const CalibrationView& view : frame.views()) seen[static_cast<size_t>(view.tag)] = true;
   }
   for (int i = 0; i < layout.n_tags; ++i) {
     if (!seen[static_cast<size_t>(i)]) sigmas->segment<6>(layout.tag(i)).setZero();
@@ -160,7 +163,7 @@ Result<Calibration> Calibrate(const Config& config,
   out.config = Apply(config, out.refined);
   out.frames = static_cast<int>(applied.frames.size());
   for (const CalibrationFrame& frame : applied.frames) {
-    out.views += static_cast<int>(frame.views.size());
+    out.views += static_cast<int>(frame.views().size());
     out.has_truth = out.has_truth || frame.has_truth;
   }
   return out;

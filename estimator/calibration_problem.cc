@@ -1,6 +1,8 @@
 #include "estimator/calibration_problem.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
@@ -122,11 +124,13 @@ std::vector<CalibrationParameter> ParametersOf(const CalibrationState& state,
 void SetCornerNoise(double sigma_px, std::vector<CalibrationFrame>* frames) {
   using Matrix8 = Eigen::Matrix<double, 8, 8>;
   for (CalibrationFrame& frame : *frames) {
-    for (CalibrationView& view : frame.views) {
+    std::vector<CalibrationView> views = frame.views();
+    for (CalibrationView& view : views) {
       Matrix8 covariance = sigma_px * sigma_px * Matrix8::Identity();
       if (view.covariance) covariance += *view.covariance;
       view.whitener = CornerWhitener(covariance);
     }
+    frame.shared_views = std::make_shared<const std::vector<CalibrationView>>(std::move(views));
   }
 }
 

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -69,12 +70,14 @@ struct CalibrationView {
   Eigen::Matrix<double, 8, 8> whitener = Eigen::Matrix<double, 8, 8>::Identity();  // of pixels
 };
 
-/// A frame: its pose is free, nothing ties it to its neighbours.
+/// A frame: its pose is free, nothing ties it to its neighbours. Copies share the views.
 struct CalibrationFrame {
   int64_t t_ns = 0;
   Pose world_from_cam;
   bool has_truth = false;
-  std::vector<CalibrationView> views;
+  std::shared_ptr<const std::vector<CalibrationView>> shared_views;
+
+  const std::vector<CalibrationView>& views() const { return *shared_views; }
 };
 
 /// Between samples of the ground truth; farther apart they say nothing (see InterpolateTruth).

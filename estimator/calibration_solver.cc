@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/calibration_costs.h"
+#include "estimator/calibration_noise.h"
 #include "estimator/calibration_normals.h"
 #include "frontend/types/so3.h"
 
@@ -71,40 +73,83 @@ double Persistence(double correlation, int frames) {
   return std::sqrt((1 + r) / (1 - r));
 }
 
-}  // namespace
+// The poses alone.
+CalibrationSolution SolvePoses(const CalibrationProblem& problem, CalibrationSolution out) {
+  for (CalibrationFrame& frame : out.frames) {
+    const auto cost = AdjustPose(problem, out.state, out.noise, &frame);
+    if (!cost) return out;
+    out.cost += *cost;
+  }
+  out.usable = true;
+  return out;
+}
 
-CalibrationSolution SolveCalibration(const CalibrationProblem& problem,
-                                     const CalibrationState& start, const CalibrationNoise& noise) {
+// From where `out` is. `normals`: at the optimum, undamped.
+CalibrationSolution Search(const CalibrationProblem& problem, const std::vector<int>& free,
+                           CalibrationSolution out, CalibrationNormals* normals) {
   constexpr int kMaxIterations = 50;
-  constexpr double kTolerance = 1e-5;  // gain in half squares that ends the search
-  const std::vector<int> free = FreeEntries(problem.prior_sigmas);
+  constexpr double kLeastDamping = 1e-3, kMostDamping = 1e9;  // once a step failed
+  // Gain in half squares that ends the search: what is left moves nothing by a twentieth of its
+  // sigma.
+  constexpr double kTolerance = 1e-3;
+  // Between samples of the ground truth the cost has kinks that the slope over 20 ms, which steps
+  // are made from, does not know: a step that should have gained no more and did not is the last.
+  constexpr double kKinks = 0.1;
+  double damping = 0;
+  const auto linearize = [&](const CalibrationState& state,
+                             const std::vector<CalibrationFrame>& frames) {
+    *normals = {};  // memory of the last ones first
+    *normals = LinearizeCalibration(problem, state, frames, out.noise, damping);
+  };
+  linearize(out.state, out.frames);
+  out.usable = normals->ok;
+  while (out.usable && out.iterations < kMaxIterations && damping < kMostDamping) {
+    const Eigen::VectorXd step = SharedStep(*normals, free, damping);
+    const double cost = normals->cost,
+                 gain = normals->pose_gain - 0.5 * normals->gradient.dot(step);
+    if (!(gain * (1 + damping) > kTolerance)) break;
+    ++out.iterations;
+    CalibrationState state = Perturb(out.state, step);
+    std::vector<CalibrationFrame> frames = MoveFrames(out.frames, *normals, step);
+    const double last_damping = std::exchange(damping, damping > kLeastDamping ? 0.1 * damping : 0);
+    linearize(state, frames);
+    if (normals->ok && normals->cost <= cost) {
+      out.state = std::move(state);
+      out.frames = std::move(frames);
+    } else {
+      damping = gain < kKinks ? 0 : std::max(kLeastDamping, 10 * last_damping);
+      linearize(out.state, out.frames);
+      if (gain < kKinks) break;
+    }
+  }
+  if (out.usable && damping > 0) {
+    damping = 0;
+    linearize(out.state, out.frames);
+  }
+  out.cost = normals->cost;
+  return out;
+}
+
+// With the normal equations at the optimum, for its covariance.
+CalibrationSolution Solve(const CalibrationProblem& problem, const CalibrationState& start,
+                          const CalibrationNoise& noise, CalibrationNormals* normals) {
   CalibrationSolution out;
   out.state = start;
   out.frames = problem.frames;
   out.noise = noise;
-  double damping = 1e-6;
-  auto normals = LinearizeCalibration(problem, out.state, out.frames, noise, damping);
-  out.usable = normals.ok;
-  for (; out.usable && out.iterations < kMaxIterations && damping < 1e9; ++out.iterations) {
-    const Eigen::VectorXd step = SharedStep(normals, free, damping);
-    CalibrationState state = Perturb(out.state, step);
-    std::vector<CalibrationFrame> frames = MoveFrames(out.frames, normals, step);
-    auto moved = LinearizeCalibration(problem, state, frames, noise, 0.1 * damping);
-    if (!(moved.ok && moved.cost <= normals.cost)) {
-      damping = std::max(1e-3, 10 * damping);
-      normals = LinearizeCalibration(problem, out.state, out.frames, noise, damping);
-      continue;
-    }
-    const double gain = normals.cost - moved.cost;
-    out.state = std::move(state);
-    out.frames = std::move(frames);
-    normals = std::move(moved);
-    damping *= 0.1;
-    if (gain <= kTolerance) break;
-  }
-  if (!out.usable) return out;
-  out.cost = normals.cost;
+  const std::vector<int> free = FreeEntries(problem.prior_sigmas);
+  if (!free.empty()) return Search(problem, free, std::move(out), normals);
+  out = SolvePoses(problem, std::move(out));
+  *normals = LinearizeCalibration(problem, out.state, out.frames, noise, 0);
   return out;
+}
+
+}  // namespace
+
+CalibrationSolution SolveCalibration(const CalibrationProblem& problem,
+                                     const CalibrationState& start, const CalibrationNoise& noise) {
+  CalibrationNormals normals;
+  return Solve(problem, start, noise, &normals);
 }
 
 CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
@@ -115,9 +160,9 @@ CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
   CalibrationProblem weighted = problem;
   CalibrationNoise noise = initial;
   SetCornerNoise(noise.corner_sigma_px, &weighted.frames);
-  CalibrationSolution out = SolveCalibration(weighted, start, noise);
+  CalibrationNormals normals;
+  CalibrationSolution out = Solve(weighted, start, noise, &normals);
   for (int round = 0; out.usable; ++round) {
-    const auto normals = LinearizeCalibration(weighted, out.state, out.frames, noise, 0);
     out.covariance = SharedCovariance(normals, FreeEntries(problem.prior_sigmas));
     const NoiseSums sums =
         SumNoise(weighted, out.state, out.frames, noise, normals, out.covariance);
@@ -140,7 +185,7 @@ CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
     weighted.frames = std::move(out.frames);
     SetCornerNoise(noise.corner_sigma_px, &weighted.frames);
     const CalibrationState at = out.state;
-    out = SolveCalibration(weighted, at, noise);
+    out = Solve(weighted, at, noise, &normals);
   }
   return out;
 }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "estimator/calibration_normals.h"
+#include "estimator/calibration_costs.h"
 #include "estimator/ground_truth.h"
 #include "estimator/quantile.h"
 #include "frontend/types/so3.h"
@@ -19,11 +20,14 @@ struct Samples {
   std::vector<double> corner_px, truth_m, truth_rad;
 };
 
+// The frame's pose by its tags alone, whatever the ground truth says.
 void AddSamples(const CalibrationProblem& problem, const CalibrationState& state,
-                const CalibrationFrame& frame, Samples* out) {
+                const CalibrationNoise& noise, CalibrationFrame frame, Samples* out) {
+  const bool has_truth = std::exchange(frame.has_truth, false);
+  if (has_truth && !AdjustPose(problem, state, noise, &frame)) return;
   using Matrix8 = Eigen::Matrix<double, 8, 8>;
   TagCalibrationResidual at;
-  for (const CalibrationView& view : frame.views) {
+  for (const CalibrationView& view : frame.views()) {
     if (!EvaluateTagCalibration(state.tags[static_cast<size_t>(view.tag)],
                                 std::exp(state.log_scale), state.camera, frame.world_from_cam,
                                 view.pixels, Matrix8::Identity(), &at, false)) {
@@ -31,7 +35,7 @@ void AddSamples(const CalibrationProblem& problem, const CalibrationState& state
     }
     for (const double error : at.residual) out->corner_px.push_back(std::abs(error));
   }
-  if (!frame.has_truth) return;
+  if (!has_truth) return;
   const auto truth = InterpolateTruth(
       problem.truth, frame.t_ns + std::llround(1e9 * state.time_offset_s), kMaxTruthGapS);
   if (!truth) return;
@@ -39,17 +43,6 @@ void AddSamples(const CalibrationProblem& problem, const CalibrationState& state
   out->truth_m.push_back((body.translation() - truth->world_from_body.translation()).norm());
   out->truth_rad.push_back(
       LogSo3(truth->world_from_body.rotation().conjugate() * body.rotation()).norm());
-}
-
-// The frames' poses with tags alone, the shared parameters as they are.
-std::vector<CalibrationFrame> FreePoses(const CalibrationProblem& problem,
-                                        const CalibrationState& state,
-                                        const CalibrationNoise& noise) {
-  CalibrationProblem without_truth = problem;
-  for (CalibrationFrame& frame : without_truth.frames) frame.has_truth = false;
-  std::vector<CalibrationFrame> out = SolveCalibration(without_truth, state, noise).frames;
-  for (size_t i = 0; i < out.size(); ++i) out[i].has_truth = problem.frames[i].has_truth;
-  return out;
 }
 
 std::vector<CalibrationGroup> FreeGroups(const CalibrationProblem& problem,
@@ -108,16 +101,12 @@ HeldOutJudgement JudgeHeldOut(const CalibrationProblem& problem,
     const CalibrationState from = OnlyFree(start, fitted);
     const CalibrationState state =
         groups.empty() ? from : SolveCalibration(fitted, from, noise).state;
-    const CalibrationProblem judged = Restrict(problem, parameters, {}, judge);
-    const auto frames = SolveCalibration(judged, state, noise).frames;
-    const auto free = problem.truth.empty() ? frames : FreePoses(judged, state, noise);
-    size_t k = 0;
     for (size_t i = 0; i < n; ++i) {
       if (!judge[i]) continue;
+      CalibrationFrame frame = problem.frames[i];
       out.block_costs[i * blocks / n] +=
-          FrameCost(judged, state, frames[k], noise).value_or(kUnusableCost);
-      AddSamples(judged, state, free[k], &samples);
-      ++k;
+          AdjustPose(problem, state, noise, &frame).value_or(kUnusableCost);
+      AddSamples(problem, state, noise, frame, &samples);
     }
   }
   out.corner_sigma_px = kSigmaOfMad * Quantile(samples.corner_px, 0.5);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -153,15 +154,18 @@ class Mapper {
     CalibrationFrame frame;
     frame.t_ns = measurements_[i].t_ns;
     frame.world_from_cam = seed.world_from_body;
+    std::vector<CalibrationView> views;
     for (size_t k = 0; k < known.size(); ++k) {
       if (!seed.tag_inlier[k]) continue;
       CalibrationView view;
       view.tag = index.at(known[k].id);
       view.pixels = known[k].corners;
       view.covariance = known[k].covariance;
-      frame.views.push_back(view);
+      views.push_back(view);
     }
-    if (frame.views.size() > 1) frames->push_back(std::move(frame));
+    if (views.size() < 2) return;
+    frame.shared_views = std::make_shared<const std::vector<CalibrationView>>(std::move(views));
+    frames->push_back(std::move(frame));
   }
 
   const Camera& camera_;

@@ -19,6 +19,26 @@ std::vector<Coefficient> Distortion(Camera* c) {
           {"k3", &c->k3}, {"k4", &c->k4}, {"k5", &c->k5}, {"k6", &c->k6}};
 }
 
+// Derivatives of the distorted normalised coordinates (camera.h) by the coefficients.
+Eigen::Matrix<double, 2, 4> ByEquidistant(const Eigen::Vector2d& n) {
+  const double r = n.norm(), theta = std::atan(r), t2 = theta * theta;
+  Eigen::Matrix<double, 2, 4> out;
+  double power = (r > 0 ? theta / r : 1) * t2;
+  for (int i = 0; i < 4; ++i, power *= t2) out.col(i) = power * n;
+  return out;
+}
+
+Eigen::Matrix<double, 2, 8> ByRadialTangential(const Camera& c, const Eigen::Vector2d& n) {
+  const double x = n.x(), y = n.y(), r2 = n.squaredNorm(), r4 = r2 * r2, r6 = r4 * r2;
+  const double below = 1 + c.k4 * r2 + c.k5 * r4 + c.k6 * r6;
+  const double radial = (1 + c.k1 * r2 + c.k2 * r4 + c.k3 * r6) / below;
+  const Eigen::Vector2d above = n / below, minus = -radial * above;
+  Eigen::Matrix<double, 2, 8> out;
+  out << r2 * above, r4 * above, Eigen::Vector2d(2 * x * y, r2 + 2 * y * y),
+      Eigen::Vector2d(r2 + 2 * x * x, 2 * x * y), r6 * above, r2 * minus, r4 * minus, r6 * minus;
+  return out;
+}
+
 }  // namespace
 
 std::vector<std::string> DistortionNames(Camera camera) {
@@ -62,28 +82,21 @@ Eigen::VectorXd LensDifference(const Camera& camera, const Camera& reference) {
   return out;
 }
 
-Eigen::Matrix2Xd PixelByLens(const Camera& camera, const Eigen::Vector3d& point_in_cam) {
-  constexpr double kStep = 1e-4;
-  Eigen::Matrix2Xd out = Eigen::Matrix2Xd::Zero(2, LensSize(camera));
-  Eigen::Vector2d pixel;
-  if (!camera.Project(point_in_cam, &pixel)) return out;
+LensJacobian PixelByLens(const Camera& camera, const Eigen::Vector3d& point_in_cam,
+                         const Eigen::Vector2d& pixel) {
+  LensJacobian out(2, LensSize(camera));
+  const Eigen::Vector2d normalised = point_in_cam.head<2>() / point_in_cam.z();
   out.col(kLogFocal) << pixel.x() - camera.cx, pixel.y() - camera.cy;
-  out(1, kLogAspect) = pixel.y() - camera.cy;
-  out(0, kCentreX) = 1;
-  out(1, kCentreY) = 1;
-  Camera moved = camera;
-  const std::vector<Coefficient> distortion = Distortion(&moved);
-  for (size_t i = 0; i < distortion.size(); ++i) {
-    const double at = *distortion[i].value;
-    Eigen::Vector2d above, below;
-    *distortion[i].value = at + kStep;
-    const bool has_above = moved.Project(point_in_cam, &above);
-    *distortion[i].value = at - kStep;
-    const bool has_below = moved.Project(point_in_cam, &below);
-    *distortion[i].value = at;
-    if (!has_above || !has_below) continue;
-    out.col(kFirstDistortion + static_cast<Eigen::Index>(i)) = (above - below) / (2 * kStep);
+  out.col(kLogAspect) << 0, pixel.y() - camera.cy;
+  out.col(kCentreX) << 1, 0;
+  out.col(kCentreY) << 0, 1;
+  auto distortion = out.rightCols(out.cols() - kFirstDistortion);
+  if (camera.lens == LensModel::kEquidistant) {
+    distortion = ByEquidistant(normalised);
+  } else {
+    distortion = ByRadialTangential(camera, normalised);
   }
+  distortion = (Eigen::Vector2d(camera.fx, camera.fy).asDiagonal() * distortion).eval();
   return out;
 }
 

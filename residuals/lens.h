@@ -23,9 +23,10 @@ Camera PerturbLens(const Camera& camera, const Eigen::VectorXd& step);
 /// The inverse: the step from `reference` to `camera`, of one model.
 Eigen::VectorXd LensDifference(const Camera& camera, const Camera& reference);
 
-/// Derivative [px] of the pixel of a point that projects, 2 x LensSize. Distortion by central
-/// differences, exact to rounding for coefficients that pixels are linear in (all but k4..k6 of the
-/// rational model).
-Eigen::Matrix2Xd PixelByLens(const Camera& camera, const Eigen::Vector3d& point_in_cam);
+constexpr int kMaxLensSize = 12;
+/// Derivative [px] of the pixel of a point that projects, 2 x LensSize.
+using LensJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxLensSize>;
+LensJacobian PixelByLens(const Camera& camera, const Eigen::Vector3d& point_in_cam,
+                         const Eigen::Vector2d& pixel);
 
 }  // namespace tagtwist

@@ -7,6 +7,22 @@
 #include "residuals/lens.h"
 
 namespace tagtwist {
+namespace {
+
+// The upper triangle of the whitener times the columns, in place.
+template <typename Matrix>
+void Whiten(const Eigen::Matrix<double, 8, 8>& whitener, Matrix* columns) {
+  for (Eigen::Index j = 0; j < columns->cols(); ++j) {
+    auto column = columns->col(j);
+    for (int i = 0; i < 8; ++i) {
+      double sum = 0;
+      for (int k = i; k < 8; ++k) sum += whitener(i, k) * column(k);
+      column(i) = sum;
+    }
+  }
+}
+
+}  // namespace
 
 Eigen::Matrix<double, 8, 8> CornerWhitener(const Eigen::Matrix<double, 8, 8>& covariance) {
   return covariance.inverse().llt().matrixU();
@@ -37,15 +53,14 @@ bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
     out->by_tag.middleRows<2>(2 * i) << -scale * by_world * tag_rotation * Hat(in_tag),
         scale * by_world;
     out->by_log_scale.segment<2>(2 * i) = by_world * in_world;
-    out->by_lens.middleRows<2>(2 * i) = PixelByLens(camera, in_cam);
+    out->by_lens.middleRows<2>(2 * i) = PixelByLens(camera, in_cam, predicted);
   }
-  const auto upper = whitener.triangularView<Eigen::Upper>();
-  out->residual = upper * out->residual;
-  out->by_cam = upper * out->by_cam;
+  Whiten(whitener, &out->residual);
+  Whiten(whitener, &out->by_cam);
   if (!shared) return true;
-  out->by_tag = upper * out->by_tag;
-  out->by_log_scale = upper * out->by_log_scale;
-  out->by_lens = upper * out->by_lens;
+  Whiten(whitener, &out->by_tag);
+  Whiten(whitener, &out->by_log_scale);
+  Whiten(whitener, &out->by_lens);
   return true;
 }
 

@@ -4,6 +4,7 @@
 
 #include "frontend/types/camera.h"
 #include "frontend/types/tag_map.h"
+#include "residuals/lens.h"
 
 namespace tagtwist {
 
@@ -15,7 +16,8 @@ struct TagCalibrationResidual {
   Eigen::Matrix<double, 8, 6> by_cam;  // world_from_cam, tangent of pose.h
   Eigen::Matrix<double, 8, 6> by_tag;  // world_from_tag, tangent of pose.h
   Eigen::Matrix<double, 8, 1> by_log_scale;
-  Eigen::Matrix<double, 8, Eigen::Dynamic> by_lens;  // entries of lens.h
+  // Entries of lens.h.
+  Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxLensSize> by_lens;
 };
 
 /// The W of above, upper triangular: W'W = inverse of the covariance of the pixels [px^2].

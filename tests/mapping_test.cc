@@ -62,10 +62,10 @@ std::vector<FrameMeasurements> Look(const std::vector<Tag>& room, int frames, st
   const Camera camera = RoomCamera();
   std::vector<FrameMeasurements> out;
   for (int i = 0; i < frames; ++i) {
-    const double t = 0.1 * i;
+    const double t = 0.15 * i;
     const Pose cam_from_world = Inverse(WorldFromCamAt(t));
     FrameMeasurements frame;
-    frame.t_ns = 100'000'000LL * i;
+    frame.t_ns = 150'000'000LL * i;
     for (const Tag& tag : room) {
       TagDetection seen;
       seen.id = tag.id;
@@ -89,7 +89,7 @@ TEST(Mapping, RoomOfFortyTagsFromNothingButTheirSize) {
   MappingOptions options;
   options.tag_size_m = kSizeM;
   options.root = 8;
-  const auto mapping = MapTags(RoomCamera(), Look(room, 300, &rng), options);
+  const auto mapping = MapTags(RoomCamera(), Look(room, 200, &rng), options);
   ASSERT_TRUE(mapping) << mapping.error().message;
   EXPECT_TRUE(mapping->left_out.empty());
   ASSERT_EQ(mapping->map.tags().size(), 40u);
@@ -115,7 +115,7 @@ TEST(Mapping, WhatCannotBePlacedIsSaid) {
   std::mt19937 rng(5);
   std::vector<Tag> room = Room(&rng);
   room.resize(4);
-  std::vector<FrameMeasurements> frames = Look(room, 300, &rng);
+  std::vector<FrameMeasurements> frames = Look(room, 200, &rng);
   TagDetection stray;  // seen twice, alone
   stray.id = 77;
   stray.corners = {Eigen::Vector2d(100, 140), Eigen::Vector2d(140, 140), Eigen::Vector2d(140, 100),
