@@ -20,6 +20,11 @@ DEFINE_bool(write_covariance, false, "Also covariance.csv: the 12 x 12 of every 
 DEFINE_bool(calibrate, false,
             "Refine map, lens and, against ground truth, mount, print scale and clock from the "
             "recording, estimate with what came out, write it to calibration.yaml.");
+DEFINE_bool(map_unknown_tags, false,
+            "First place the tags that are seen and the map lacks, and write it with them to "
+            "map.yaml.");
+DEFINE_double(unknown_tag_size_m, 0,
+              "Side of their black squares; 0: that of the map's tags, if they have one size.");
 DEFINE_bool(sliding_window, false,
             "Online: a fixed-lag window, states at lag 0 and at its lag, instead of one batch.");
 DEFINE_string(detection, "auto",
@@ -86,16 +91,16 @@ Usage EstimateUsage() {
       "its covariance, and compares the closed form with the optimised trajectory. Writes\n"
       "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
       "browser).";
-  usage.groups = {
-      {"What to read", {"dataset", "ground_truth", "use_detections"}},
-      ConfigFlags(),
-      {"What to write", {"output", "write_covariance"}},
-      {"How to estimate",
-       {"calibrate", "sliding_window", "window_frames", "detection", "tracks", "clock"}},
-      {"Noise (learned from the data unless given)",
-       {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
-        "jerk_psd", "angular_jerk_psd"}},
-      {"Running", {"threads"}}};
+  usage.groups = {{"What to read", {"dataset", "ground_truth", "use_detections"}},
+                  ConfigFlags(),
+                  {"What to write", {"output", "write_covariance"}},
+                  {"How to estimate",
+                   {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window",
+                    "window_frames", "detection", "tracks", "clock"}},
+                  {"Noise (learned from the data unless given)",
+                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd",
+                    "angular_accel_psd", "jerk_psd", "angular_jerk_psd"}},
+                  {"Running", {"threads"}}};
   return usage;
 }
 
@@ -115,6 +120,12 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;
   job.write_covariance = FLAGS_write_covariance;
   job.calibrate = FLAGS_calibrate;
+  job.map_unknown_tags = FLAGS_map_unknown_tags;
+  job.unknown_tag_size_m = FLAGS_unknown_tag_size_m;
+  if (!(job.unknown_tag_size_m >= 0)) {
+    return Error{"--unknown_tag_size_m: expected > 0, got " +
+                 std::to_string(job.unknown_tag_size_m)};
+  }
   job.run.sliding_window = FLAGS_sliding_window;
   job.run.use_detections = FLAGS_use_detections;
   auto detection = DetectionFromFlags();

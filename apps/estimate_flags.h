@@ -14,6 +14,8 @@ struct EstimateJob {
   bool read_images = true;
   bool write_covariance = false;
   bool calibrate = false;
+  bool map_unknown_tags = false;
+  double unknown_tag_size_m = 0;  // 0: that of the map's tags
   RunOptions run;
 };
 

@@ -1,23 +1,25 @@
 #include "apps/map_recording.h"
 
-#include <cmath>
+#include <algorithm>
 #include <utility>
 
 #include "apps/calibrate_recording.h"
-#include "estimator/format_text.h"
-#include "estimator/tag_map_text.h"
 #include "frontend/data_source.h"
+#include "frontend/number_text.h"
 #include "frontend/tag_family.h"
 
 namespace tagtwist {
 namespace {
 
-// Every tag of the family, somewhere: so that none is passed over.
-Result<TagMap> AllTags(const MappingOptions& options) {
+// The known tags, and every other one of the family somewhere, so that none is passed over but the
+// movable ones.
+Result<TagMap> AllTags(const MappingOptions& options, const std::vector<int>& movable) {
   const auto size = TagFamilySize(options.family);
   if (!size) return size.error();
-  std::vector<Tag> tags;
+  const TagMap known(options.family, options.known);
+  std::vector<Tag> tags = options.known;
   for (int id = 0; id < *size; ++id) {
+    if (known.Find(id) != nullptr || std::count(movable.begin(), movable.end(), id) > 0) continue;
     const Eigen::Vector3d place(2 * id * options.tag_size_m, 0, 0);
     tags.push_back({id, MakePose(Eigen::Quaterniond::Identity(), place), options.tag_size_m});
   }
@@ -28,7 +30,7 @@ Result<TagMap> AllTags(const MappingOptions& options) {
 
 Result<Mapping> MapRecording(const MapJob& job, const Config& config) {
   Config any = config;
-  auto all = AllTags(job.mapping);
+  auto all = AllTags(job.mapping, config.movable_tags);
   if (!all) return all.error();
   any.map = std::move(*all);
   auto source = OpenDataSource(job.recording, {job.use_detections, !job.use_detections, {}});
@@ -43,21 +45,17 @@ Result<Mapping> MapRecording(const MapJob& job, const Config& config) {
   return mapping;
 }
 
-std::string MappingText(const Mapping& mapping) {
-  std::vector<std::string> notes;
-  for (const auto& covariance : mapping.covariances) {
-    const double position_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
-    const double rotation_rad = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
-    notes.push_back(
-        position_m > 0 ? Format("+- %.1f mm, %.2f deg", 1e3 * position_m, rotation_rad * 180 / M_PI)
-                       : "fixes the world");
+Result<Mapping> MapUnknownTags(MapJob job, const Config& config) {
+  job.mapping.known = config.map.tags();
+  job.mapping.family = config.map.family();
+  const double size_m = job.mapping.known.front().size_m;
+  for (const Tag& tag : job.mapping.known) {
+    if (job.mapping.tag_size_m > 0 || tag.size_m == size_m) continue;
+    return Error{"--unknown_tag_size_m: needed with --map_unknown_tags, for the map has tags of " +
+                 FormatNumber(size_m) + " and " + FormatNumber(tag.size_m) + " m"};
   }
-  std::string out = Format("# %zu tags mapped, corner noise %.3f px\n", mapping.map.tags().size(),
-                           mapping.corner_sigma_px);
-  for (const int id : mapping.left_out) {
-    out += Format("# tag %d was seen, and could not be placed\n", id);
-  }
-  return out + FormatTagMap(mapping.map, notes);
+  if (!(job.mapping.tag_size_m > 0)) job.mapping.tag_size_m = size_m;
+  return MapRecording(job, config);
 }
 
 }  // namespace tagtwist

@@ -18,7 +18,8 @@ struct MapJob {
 /// are used. Errors name the recording.
 Result<Mapping> MapRecording(const MapJob& job, const Config& config);
 
-/// The map as a configuration's section with the tags' sigmas, and in words what came of it.
-std::string MappingText(const Mapping& mapping);
+/// The tags that the configuration's map lacks, besides its own, which stay where they are. A size
+/// that is not given is that of the map's tags.
+Result<Mapping> MapUnknownTags(MapJob job, const Config& config);
 
 }  // namespace tagtwist

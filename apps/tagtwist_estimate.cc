@@ -8,6 +8,7 @@
 
 #include "apps/calibrate_recording.h"
 #include "apps/estimate_flags.h"
+#include "apps/map_recording.h"
 #include "apps/stopwatch.h"
 #include "estimator/calibration_text.h"
 #include "estimator/result_writer.h"
@@ -22,16 +23,18 @@ double PeakRssMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux counts KiB
 }
 
-DataSourceOptions SourceOptions(const EstimateJob& job, const TagMap& map) {
+DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
   DataSourceOptions options{job.run.use_detections, job.read_images, {}};
-  for (const Tag& tag : map.tags()) options.known_tag_ids.push_back(tag.id);
+  if (job.map_unknown_tags) return options;
+  options.known_tag_ids = config.movable_tags;
+  for (const Tag& tag : config.map.tags()) options.known_tag_ids.push_back(tag.id);
   return options;
 }
 
 // The refined set-up, told on standard output.
 Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
                                    const std::vector<TruthSample>& truth) {
-  auto source = OpenDataSource(job.dataset, SourceOptions(job, config.map));
+  auto source = OpenDataSource(job.dataset, SourceOptions(job, config));
   if (!source) return source.error();
   auto calibration = CalibrateRecording(job.dataset, source->get(), config, job.run, truth);
   if (!calibration) return calibration;
@@ -40,13 +43,31 @@ Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
   return calibration;
 }
 
+// Tags that the map lacks, told on standard output.
+Result<Mapping> MapFirst(const EstimateJob& job, const Config& config) {
+  MapJob mapping_job{job.dataset, job.run.use_detections, job.run.threads, {}};
+  mapping_job.mapping.tag_size_m = job.unknown_tag_size_m;
+  auto mapping = MapUnknownTags(mapping_job, config);
+  if (!mapping) return mapping;
+  std::cout << mapping->map.tags().size() - config.map.tags().size() << " tags added to the map, "
+            << mapping->left_out.size() << " seen and not placed\n\n";
+  return mapping;
+}
+
 // Everything between the flags and the last line printed.
 Status Run(const EstimateJob& job, Config config) {
   const Stopwatch watch;
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
-  auto source = OpenDataSource(job.dataset, SourceOptions(job, config.map));
-  if (!source) return source.error();
   ResultContext context;
+  context.movable_tags = config.movable_tags;
+  if (job.map_unknown_tags) {
+    auto mapping = MapFirst(job, config);
+    if (!mapping) return mapping.error();
+    config.map = mapping->map;
+    context.mapping = std::move(*mapping);
+  }
+  auto source = OpenDataSource(job.dataset, SourceOptions(job, config));
+  if (!source) return source.error();
   context.truth = (*source)->ground_truth();
   if (!job.ground_truth.empty()) {
     auto truth = ReadGroundTruth(job.ground_truth);

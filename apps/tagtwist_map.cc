@@ -7,6 +7,7 @@
 #include "apps/map_recording.h"
 #include "apps/usage.h"
 #include "estimator/map_svg.h"
+#include "estimator/mapping_text.h"
 #include "estimator/tag_map_file.h"
 #include "frontend/atomic_file.h"
 

@@ -96,6 +96,11 @@ std::string FormatCalibrationConfig(const Calibration& c) {
       "where a value was held.\n";
   for (const std::string& line : CalibrationText(c)) out += "# " + line + "\n";
   out += CameraText(c) + MountText(c) + MapText(c);
+  if (!c.config.movable_tags.empty()) {
+    const std::vector<double> ids(c.config.movable_tags.begin(), c.config.movable_tags.end());
+    const auto n = static_cast<Eigen::Index>(ids.size());
+    out += "\nmovable_tags: " + FormatNumberList(Eigen::VectorXd::Map(ids.data(), n)) + "\n";
+  }
   out += OptionsText("detector", c.config.front_end.detector);
   out += OptionsText("klt", c.config.front_end.klt);
   out += OptionsText("closed_form", c.config.front_end.closed_form);

@@ -1,7 +1,9 @@
 #include "estimator/config.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "estimator/camera_file.h"
 #include "estimator/camera_section.h"
@@ -73,6 +75,37 @@ Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
   return section.Finish();
 }
 
+Status ReadIds(const YamlValue& node, std::vector<int>* ids) {
+  if (node.kind != YamlValue::Kind::kList) return node.Refuse("a list of tag ids");
+  for (const YamlValue& item : node.items) {
+    int id = 0;
+    if (const Status status = ReadInteger(item, &id); !status) return status;
+    if (id < 0) return item.Refuse("a tag id, >= 0");
+    ids->push_back(id);
+  }
+  return Ok();
+}
+
+// Takes the movable tags out of the map.
+Status PassOverMovable(const std::string& file, Config* config) {
+  std::vector<int>& ids = config->movable_tags;
+  if (ids.empty()) return Ok();
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<Tag> left = config->map.tags();
+  left.erase(std::remove_if(left.begin(), left.end(),
+                            [&](const Tag& tag) {
+                              return std::binary_search(ids.begin(), ids.end(), tag.id);
+                            }),
+             left.end());
+  if (left.empty()) {
+    return Error{(file.empty() ? "" : file + ": ") +
+                 "movable_tags: expected a tag of the map that stays, got none"};
+  }
+  config->map = TagMap(config->map.family(), std::move(left));
+  return Ok();
+}
+
 template <typename Options>
 void ReadOptions(const char* name, YamlSection* sections, Options* options) {
   const YamlValue* node = sections->Find(name);
@@ -93,7 +126,7 @@ Config DefaultConfig() {
 }
 
 Result<Config> LoadConfig(const std::string& path) {
-  return LoadConfig(ConfigFiles{path, "", "", {}});
+  return LoadConfig(ConfigFiles{path, "", "", {}, {}});
 }
 
 Result<Config> LoadConfig(const ConfigFiles& files) {
@@ -127,7 +160,12 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   ReadOptions("closed_form", &sections, &config.front_end.closed_form);
   ReadOptions("estimator", &sections, &config.estimator);
   ReadOptions("calibration", &sections, &config.calibration);
+  config.movable_tags = files.movable_tags;
+  if (const YamlValue* movable = sections.Find("movable_tags"); movable != nullptr) {
+    sections.Keep(ReadIds(*movable, &config.movable_tags));
+  }
   if (Status status = sections.Finish(); !status) return status.error();
+  if (Status status = PassOverMovable(files.config, &config); !status) return status.error();
   return config;
 }
 

@@ -20,7 +20,7 @@ constexpr double kAgreeTags = 0.25;         // places agree within this many tag
 constexpr double kAgreeRad = 0.2;           // and this angle
 constexpr double kFreeM = 1, kFreeRad = 1;  // priors that hold nothing
 
-using Placed = std::map<int, Pose>;  // world_from_tag by id
+using Placed = std::map<int, Tag>;  // by id
 
 // Both minima of one tag's pose, cam_from_tag; empty where its corners give none.
 std::vector<Pose> TagMinima(const TagDetection& tag, const Camera& camera,
@@ -69,10 +69,13 @@ class Mapper {
   Mapper(const Camera& camera, const std::vector<FrameMeasurements>& measurements,
          const MappingOptions& options)
       : camera_(camera), measurements_(measurements), options_(options) {
+    std::set<int> known;
+    for (const Tag& tag : options.known) known.insert(tag.id);
     for (const FrameMeasurements& frame : measurements) {
       minima_.emplace_back();
       for (const TagDetection& tag : frame.tags) {
-        minima_.back().push_back(TagMinima(tag, camera, options));
+        minima_.back().push_back(known.count(tag.id) > 0 ? std::vector<Pose>()
+                                                         : TagMinima(tag, camera, options));
         ++seen_[tag.id];
       }
     }
@@ -100,19 +103,19 @@ class Mapper {
     return out;
   }
 
-  // The calibration problem of the placed tags: frames that see them, the root held.
-  CalibrationProblem Problem(const Placed& placed, int root) const {
+  // The calibration problem of the placed tags: frames that see them.
+  CalibrationProblem Problem(const Placed& placed, const std::set<int>& held) const {
     CalibrationProblem out;
     out.prior.camera = camera_;
     std::map<int, int> index;
-    for (const auto& [id, pose] : placed) {
+    for (const auto& [id, tag] : placed) {
       index.emplace(id, static_cast<int>(index.size()));
-      out.prior.tags.push_back({id, pose, options_.tag_size_m});
+      out.prior.tags.push_back(tag);
     }
     const CalibrationLayout layout = LayoutOf(out.prior);
     out.prior_sigmas.setZero(layout.size());
     for (const auto& [id, k] : index) {
-      if (id == root) continue;
+      if (held.count(id) > 0) continue;
       out.prior_sigmas.segment<3>(layout.tag(k)).setConstant(kFreeRad);
       out.prior_sigmas.segment<3>(layout.tag(k) + 3).setConstant(kFreeM);
     }
@@ -123,7 +126,7 @@ class Mapper {
  private:
   TagMap MapOf(const Placed& placed) const {
     std::vector<Tag> tags;
-    for (const auto& [id, pose] : placed) tags.push_back({id, pose, options_.tag_size_m});
+    for (const auto& [id, tag] : placed) tags.push_back(tag);
     return {options_.family, std::move(tags)};
   }
 
@@ -196,15 +199,53 @@ bool PlaceMore(const Mapper& mapper, const MappingOptions& options, Placed* plac
   if (most < options.least_frames) return false;
   for (const auto& [id, vote] : votes) {
     if (2 * vote.frames >= most && vote.frames >= options.least_frames) {
-      placed->emplace(id, vote.world_from_tag);
+      placed->emplace(id, Tag{id, vote.world_from_tag, options.tag_size_m});
     }
   }
   return true;
 }
 
-Placed TakePlaces(const CalibrationState& state) {
+Placed ByIds(const std::vector<Tag>& tags) {
   Placed out;
-  for (const Tag& tag : state.tags) out.emplace(tag.id, tag.world_from_tag);
+  for (const Tag& tag : tags) out.emplace(tag.id, tag);
+  return out;
+}
+
+// The tags that fix the world.
+Result<Placed> FirstPlaced(const Mapper& mapper, const MappingOptions& options) {
+  if (mapper.seen().empty()) return Error{"no frame shows a tag"};
+  if (!options.known.empty()) return ByIds(options.known);
+  const auto often =
+      std::max_element(mapper.seen().begin(), mapper.seen().end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const int root = options.root.value_or(often->first);
+  if (mapper.seen().count(root) == 0) {
+    return Error{"tag " + std::to_string(root) + ", which is to fix the world, is never seen"};
+  }
+  return ByIds({{root, Pose(), options.tag_size_m}});
+}
+
+// Known tags in their order, then the others by id.
+Mapping ToMapping(const CalibrationSolution& solution, const Mapper& mapper,
+                  const MappingOptions& options) {
+  Mapping out;
+  out.corner_sigma_px = solution.noise.corner_sigma_px;
+  std::vector<Tag> tags = options.known;
+  out.covariances.assign(tags.size(), Eigen::Matrix<double, 6, 6>::Zero());
+  const Placed known = ByIds(options.known);
+  std::set<int> placed;
+  const CalibrationLayout layout = LayoutOf(solution.state);
+  for (int i = 0; i < layout.n_tags; ++i) {
+    const Tag& tag = solution.state.tags[static_cast<size_t>(i)];
+    placed.insert(tag.id);
+    if (known.count(tag.id) > 0) continue;
+    tags.push_back(tag);
+    out.covariances.emplace_back(solution.covariance.block<6, 6>(layout.tag(i), layout.tag(i)));
+  }
+  out.map = TagMap(options.family, std::move(tags));
+  for (const auto& [id, frames] : mapper.seen()) {
+    if (placed.count(id) == 0) out.left_out.push_back(id);
+  }
   return out;
 }
 
@@ -213,41 +254,28 @@ Placed TakePlaces(const CalibrationState& state) {
 Result<Mapping> MapTags(const Camera& camera, const std::vector<FrameMeasurements>& measurements,
                         const MappingOptions& options) {
   const Mapper mapper(camera, measurements, options);
-  if (mapper.seen().empty()) return Error{"no frame shows a tag"};
-  const auto often =
-      std::max_element(mapper.seen().begin(), mapper.seen().end(),
-                       [](const auto& a, const auto& b) { return a.second < b.second; });
-  const int root = options.root.value_or(often->first);
-  if (mapper.seen().count(root) == 0) {
-    return Error{"tag " + std::to_string(root) + ", which is to fix the world, is never seen"};
-  }
-  Placed placed = {{root, Pose()}};
+  auto first = FirstPlaced(mapper, options);
+  if (!first) return first.error();
+  Placed placed = std::move(*first);
+  std::set<int> held;
+  for (const auto& [id, tag] : placed) held.insert(id);
   CalibrationSolution solution;
-  CalibrationNoise noise;
+  const auto adjust = [&]() {
+    const CalibrationProblem problem = mapper.Problem(placed, held);
+    solution = SolveAndLearnNoise(problem, problem.prior, solution.noise, true);
+    return solution.usable;
+  };
+  const Error no_solution{"the map has no solution"};
   while (PlaceMore(mapper, options, &placed)) {
-    const CalibrationProblem problem = mapper.Problem(placed, root);
-    solution = SolveAndLearnNoise(problem, problem.prior, noise, true);
-    if (!solution.usable) return Error{"the map has no solution"};
-    placed = TakePlaces(solution.state);
-    noise = solution.noise;
+    if (!adjust()) return no_solution;
+    placed = ByIds(solution.state.tags);
   }
-  if (placed.size() < 2) return Error{"no tag is seen together with tag " + std::to_string(root)};
+  if (options.known.empty() && placed.size() < 2) {
+    return Error{"no tag is seen together with tag " + std::to_string(*held.begin())};
+  }
   // Once more: frames that were left open may now be told apart.
-  const CalibrationProblem problem = mapper.Problem(placed, root);
-  solution = SolveAndLearnNoise(problem, problem.prior, noise, true);
-  if (!solution.usable) return Error{"the map has no solution"};
-
-  Mapping out;
-  out.map = TagMap(options.family, solution.state.tags);
-  out.corner_sigma_px = solution.noise.corner_sigma_px;
-  const CalibrationLayout layout = LayoutOf(solution.state);
-  for (int i = 0; i < layout.n_tags; ++i) {
-    out.covariances.emplace_back(solution.covariance.block<6, 6>(layout.tag(i), layout.tag(i)));
-  }
-  for (const auto& [id, frames] : mapper.seen()) {
-    if (placed.count(id) == 0) out.left_out.push_back(id);
-  }
-  return out;
+  if (!adjust()) return no_solution;
+  return ToMapping(solution, mapper, options);
 }
 
 }  // namespace tagtwist

@@ -1,11 +1,13 @@
 #include "estimator/result_writer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "estimator/calibration_config.h"
 #include "estimator/calibration_json.h"
+#include "estimator/mapping_text.h"
 #include "estimator/report.h"
 #include "estimator/states_csv.h"
 #include "frontend/ground_truth_io.h"
@@ -14,9 +16,9 @@ namespace tagtwist {
 namespace {
 
 const std::vector<std::string> kAllNames = {
-    "closed_form.tum",  "optimised.tum",           "states.csv",      "states_lagged.csv",
-    "ground_truth.tum", "ground_truth_states.csv", "summary.json",    "report.html",
-    "covariance.csv",   "covariance_lagged.csv",   "calibration.yaml"};
+    "closed_form.tum",  "optimised.tum",           "states.csv",       "states_lagged.csv",
+    "ground_truth.tum", "ground_truth_states.csv", "summary.json",     "report.html",
+    "covariance.csv",   "covariance_lagged.csv",   "calibration.yaml", "map.yaml"};
 
 Pose WithPositiveW(const Pose& pose) {
   Pose out = pose;
@@ -38,8 +40,24 @@ PoseSeries ToSeries(const std::vector<TruthSample>& truth) {
   return out;
 }
 
+nlohmann::ordered_json MappingJson(const Mapping& mapping) {
+  nlohmann::ordered_json out;
+  out["corner_sigma_px"] = mapping.corner_sigma_px;
+  out["added"] = nlohmann::ordered_json::array();
+  for (size_t i = 0; i < mapping.map.tags().size(); ++i) {
+    if (mapping.covariances[i].isZero(0)) continue;
+    const Eigen::Vector3d variances = mapping.covariances[i].diagonal().tail<3>();
+    out["added"].push_back(
+        {{"id", mapping.map.tags()[i].id}, {"position_sigma_m", std::sqrt(variances.sum())}});
+  }
+  out["not_placed"] = mapping.left_out;
+  return out;
+}
+
 std::string SummaryText(const Estimate& estimate, const ResultContext& context) {
   nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
+  if (!context.movable_tags.empty()) json["movable_tags"] = context.movable_tags;
+  if (context.mapping) json["mapping"] = MappingJson(*context.mapping);
   if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);
   return FormatJson(json);
 }
@@ -81,6 +99,11 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
   if (context.calibration) {
     out.push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
                      return FormatCalibrationConfig(*c.calibration);
+                   }});
+  }
+  if (context.mapping) {
+    out.push_back({"map.yaml", [](const Estimate&, const ResultContext& c) {
+                     return MappingText(*c.mapping);
                    }});
   }
   if (!context.truth.empty()) {

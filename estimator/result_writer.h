@@ -7,6 +7,7 @@
 #include "estimator/comparison_table.h"
 #include "estimator/estimate.h"
 #include "estimator/file_set.h"
+#include "estimator/mapping.h"
 #include "estimator/summary_json.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/result.h"
@@ -22,13 +23,15 @@ struct ResultContext {
   std::vector<ComparisonRow> rows;  // as CompareMethods gives them
   bool write_covariance = false;
   std::optional<Calibration> calibration;  // where one was asked for
+  std::optional<Mapping> mapping;          // of tags that the map lacked, where one was asked for
+  std::vector<int> movable_tags;           // passed over
 };
 
 /// Writes closed_form.tum, optimised.tum, states.csv, summary.json, report.html; with truth
 /// ground_truth.tum, and ground_truth_states.csv where it has twists; in window mode
-/// states_lagged.csv; when asked covariance.csv (and covariance_lagged.csv), calibration.yaml. All
-/// of them or none, see FileSet; files of that list that this run does not have are removed. Two
-/// runs with the same estimate differ in wall_s, peak_rss_mib and the times alone.
+/// states_lagged.csv; when asked covariance.csv (and covariance_lagged.csv), calibration.yaml,
+/// map.yaml. All of them or none, see FileSet; files of that list that this run does not have are
+/// removed. Two runs with the same estimate differ in wall_s, peak_rss_mib and the times alone.
 Status WriteResults(const std::string& folder, const Estimate& estimate,
                     const ResultContext& context);
 

@@ -54,6 +54,15 @@ const BadFile kBadFiles[] = {
     {"OutOfRange", "estimator:\n  use_tracks: true\n  window_frames: -3\n",
      "x.yaml:3: estimator.window_frames: expected >= 2, got -3"},
     {"NegativeNoise", "estimator: {accel_psd: -1}\n", "estimator.accel_psd: expected > 0, got -1"},
+    {"MovableNoList", "movable_tags: 3\n",
+     "x.yaml:1: movable_tags: expected a list of tag ids, got 3"},
+    {"MovableNoId", "movable_tags: [3, -1]\n",
+     "x.yaml:1: movable_tags[1]: expected a tag id, >= 0, got -1"},
+    {"AllMovable",
+     "movable_tags: [4]\n"
+     "tag_map: {family: tag36h11, tags: [{id: 4, size_m: 0.1, position_m: [0, 0, 0], "
+     "quaternion_xyzw: [0, 0, 0, 1]}]}\n",
+     "x.yaml: movable_tags: expected a tag of the map that stays, got none"},
     {"EmptySection", "estimator:\n", "x.yaml:1: estimator: expected a mapping, got nothing"},
     {"ListForSection", "camera: [1, 2]\n", "x.yaml:1: camera: expected a mapping, got a list of 2"},
     {"MissingNeededKey", "camera:\n  width: 376\n  height: 240\n",

@@ -137,6 +137,21 @@ TEST(Config, UmdFloorMatPutsTheTagsWhereTheMapSaysSo) {
   EXPECT_LT((corners[2] - Eigen::Vector3d(0.193, 0.193, 0)).norm(), 1e-4);
 }
 
+TEST(Config, MovableTagsAreNotInTheMap) {
+  const TempFolder folder;
+  WriteText(folder / "x.yaml", "movable_tags: [7, 300, 7]\n");
+  ConfigFiles files;
+  files.config = folder / "x.yaml";
+  files.movable_tags = {2};
+  const Result<Config> config = LoadConfig(files);
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(config->movable_tags, (std::vector<int>{2, 7, 300}));
+  EXPECT_EQ(config->map.tags().size(), 106u);
+  EXPECT_EQ(config->map.Find(2), nullptr);
+  EXPECT_EQ(config->map.Find(7), nullptr);
+  EXPECT_NE(config->map.Find(8), nullptr);
+}
+
 TEST(Config, PartsLeftOutKeepTheirDefaults) {
   const Result<Config> config = Load("estimator: {window_frames: 20, accel_psd: 2.5}\n");
   ASSERT_TRUE(config) << config.error().message;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "estimator/config.h"
 #include "frontend/csv.h"
 #include "frontend/types/tag_map.h"
 #include "tests/program_test_util.h"
@@ -156,6 +157,35 @@ TEST_F(EstimateProgram, ADisplacedTagIsNamedAndSurvived) {
           << mode << " " << key;
     }
   }
+}
+
+// The course's map without tag 41, and one of its own that moves.
+TEST_F(EstimateProgram, TagsThatTheMapLacksAreAddedAndMovableOnesPassedOver) {
+  std::ofstream(Path("moved.yaml")) << CourseWithMovedTag(41, 0.032, 0.024);
+  Simulate("flight", {"--images=false", "--trajectory", "hover", "--duration", "2", "--config",
+                      "moved.yaml"});
+  const auto all = Estimate("all", {"--dataset", "flight", "--use_detections", "--movable_tags",
+                                    "41", "--map_unknown_tags"});
+  EXPECT_EQ(all["movable_tags"], nlohmann::json::array({41}));
+  EXPECT_EQ(all["mapping"]["added"], nlohmann::json::array());
+  EXPECT_TRUE(all["warnings"].empty());
+  auto known = LoadConfig(Path("all") / "map.yaml");
+  ASSERT_TRUE(known) << known.error().message;
+  EXPECT_EQ(known->map.Find(41), nullptr);
+  fs::copy_file(Path("all") / "map.yaml", Path("known.yaml"));
+  const auto added = Estimate("added", {"--dataset", "flight", "--use_detections", "--config",
+                                        "known.yaml", "--map_unknown_tags"});
+  ASSERT_EQ(added["mapping"]["added"].size(), 1u);
+  EXPECT_EQ(added["mapping"]["added"][0]["id"], 41);
+  EXPECT_LT(added["mapping"]["added"][0]["position_sigma_m"].get<double>(), 0.005);
+  EXPECT_TRUE(added["warnings"].empty());
+  const auto map = LoadConfig(Path("added") / "map.yaml");
+  ASSERT_TRUE(map) << map.error().message;
+  ASSERT_NE(map->map.Find(41), nullptr);
+  const Pose& made = map->map.Find(41)->world_from_tag;
+  const TagMap mat = MakeTagMap(TagGrid());
+  const Pose& nominal = mat.Find(41)->world_from_tag;
+  EXPECT_NEAR((made.translation() - nominal.translation()).norm(), 0.04, 0.006);
 }
 
 // The tilt over one tag seen face-on is felt only weakly: a window whose motion prior grows too

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <random>
 
+#include "estimator/chi_square.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -109,6 +111,39 @@ TEST(Mapping, RoomOfFortyTagsFromNothingButTheirSize) {
   RecordProperty("bound_mm", std::to_string(1e3 * std::sqrt(bound / 40)));
   EXPECT_LT(std::sqrt(squares), 1.2 * std::sqrt(bound));
   EXPECT_LT(std::sqrt(bound / 40), 0.1);
+}
+
+TEST(Mapping, TagsThatTheMapLacksAreAddedToIt) {
+  std::mt19937 rng(6);
+  const std::vector<Tag> room = Room(&rng);
+  MappingOptions options;
+  options.tag_size_m = kSizeM;
+  for (const Tag& tag : room) {
+    if (tag.id % 5 != 0) options.known.push_back(tag);
+  }
+  const auto mapping = MapTags(RoomCamera(), Look(room, 200, &rng), options);
+  ASSERT_TRUE(mapping) << mapping.error().message;
+  EXPECT_TRUE(mapping->left_out.empty());
+  ASSERT_EQ(mapping->map.tags().size(), 40u);
+  const TagMap truth("tag36h11", room);
+  double nees = 0;
+  for (size_t i = 0; i < 40; ++i) {
+    const Tag& tag = mapping->map.tags()[i];
+    const Pose& expected = truth.Find(tag.id)->world_from_tag;
+    Eigen::Matrix<double, 6, 1> error;
+    error << LogSo3(expected.rotation().conjugate() * tag.world_from_tag.rotation()),
+        tag.world_from_tag.translation() - expected.translation();
+    if (i < options.known.size()) {
+      EXPECT_EQ(tag.id, options.known[i].id);
+      EXPECT_EQ(error.norm(), 0);
+      EXPECT_EQ(mapping->covariances[i].norm(), 0);
+    } else {
+      nees += error.dot(mapping->covariances[i].ldlt().solve(error));
+    }
+  }
+  const auto [low, high] = MeanChiSquareBand(6.0 * 8, 1);
+  EXPECT_GT(nees, low);
+  EXPECT_LT(nees, high);
 }
 
 TEST(Mapping, WhatCannotBePlacedIsSaid) {
