@@ -12,28 +12,8 @@ namespace {
 
 // Enough to tell the models apart, and a fraction of a long recording's cost.
 constexpr size_t kFrames = 300;
-
-// Of the tags, with the noise learned from `noise` on; nullopt without a solution.
-std::optional<double> LearnLikelihood(const EstimatorSetup& setup,
-                                      const std::vector<GraphFrame>& frames, NoiseModel* noise) {
-  GraphInput input;
-  for (const GraphFrame& frame : frames) {
-    if (!frame.tags.empty()) input.frames.push_back(frame);
-  }
-  if (input.frames.empty()) return std::nullopt;
-  const auto solution =
-      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, noise);
-  if (!solution) return std::nullopt;
-  return solution->log_likelihood;
-}
-
-std::optional<double> LogLikelihood(const EstimatorSetup& setup,
-                                    const std::vector<FrameMeasurements>& measurements) {
-  const auto seeds = SeedFrames(setup, measurements);
-  if (!seeds) return std::nullopt;
-  NoiseModel noise = InitialNoise(setup.options);
-  return LearnLikelihood(setup, *seeds, &noise);
-}
+// In the logarithm of a likelihood: beyond doubt.
+constexpr double kClearly = 10;
 
 // kFrames of those with tags, in stretches of a second or so: a body that cruises for most of the
 // time still starts and stops.
@@ -53,30 +33,48 @@ std::vector<GraphFrame> SpreadFrames(const std::vector<GraphFrame>& frames) {
   return out;
 }
 
-// Likelier with `other`? An account without a solution is the less likely one.
-bool IsLikelier(const std::optional<double>& other, const std::optional<double>& than) {
-  return other && (!than || *other > *than);
+struct Account {
+  NoiseModel noise;
+  std::optional<double> likelihood;  // an account without a solution is the least likely one
+};
+
+bool IsLikelier(const Account& a, const Account& than, double by = 0) {
+  return a.likelihood && (!than.likelihood || *a.likelihood > *than.likelihood + by);
+}
+
+// Learns from `noise` on.
+Account Learn(const EstimatorSetup& setup, const NoiseModel& noise,
+              const std::vector<GraphFrame>& frames) {
+  Account out{noise, {}};
+  GraphInput input;
+  for (const GraphFrame& frame : frames) {
+    if (!frame.tags.empty()) input.frames.push_back(frame);
+  }
+  if (input.frames.empty()) return out;
+  const auto solution =
+      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, &out.noise);
+  if (!solution) return out;
+  out.likelihood = solution->log_likelihood;
+  return out;
+}
+
+Account Learn(const EstimatorSetup& setup, const std::vector<FrameMeasurements>& measurements) {
+  const NoiseModel noise = InitialNoise(setup.options);
+  const auto seeds = SeedFrames(setup, measurements);
+  return seeds ? Learn(setup, noise, *seeds) : Account{noise, {}};
 }
 
 }  // namespace
 
 NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames) {
-  MotionKinds kinds;
-  NoiseModel chosen = InitialNoise(setup.options, kinds);
-  if (!MotionPriorIsOpen(setup.options)) return chosen;  // the options say it
+  if (!MotionPriorIsOpen(setup.options)) return InitialNoise(setup.options);
   const std::vector<GraphFrame> sample = SpreadFrames(frames);
-  auto likelihood = LearnLikelihood(setup, sample, &chosen);
-  for (WhiteNoiseOn MotionKinds::*part : {&MotionKinds::linear, &MotionKinds::angular}) {
-    MotionKinds other = kinds;
-    other.*part = WhiteNoiseOn::kAcceleration;
-    NoiseModel noise = InitialNoise(setup.options, other);
-    const auto of_other = LearnLikelihood(setup, sample, &noise);
-    if (!IsLikelier(of_other, likelihood)) continue;
-    kinds = other;
-    chosen = noise;
-    likelihood = of_other;
-  }
-  return chosen;
+  const auto learn = [&](WhiteNoiseOn on) {
+    return Learn(setup, InitialNoise(setup.options, on), sample);
+  };
+  const Account jerk = learn(WhiteNoiseOn::kJerk),
+                acceleration = learn(WhiteNoiseOn::kAcceleration);
+  return IsLikelier(acceleration, jerk) ? acceleration.noise : jerk.noise;
 }
 
 std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
@@ -89,12 +87,10 @@ std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
   // Jitter this small moves nothing by as much as the corners' noise does.
   constexpr double kLeastJitterS = 2e-4;
   if (clock->rms_s < kLeastJitterS) return std::nullopt;
-  constexpr double kClearly = 10;  // in the logarithm: beyond doubt
   const auto size = static_cast<std::ptrdiff_t>(std::min(kFrames, measurements.size()));
   const std::vector<FrameMeasurements> first(measurements.begin(), measurements.begin() + size);
-  const auto stamped = LogLikelihood(setup, first);
-  const auto steady = LogLikelihood(setup, AtTimes(clock->t_ns, first));
-  if (!stamped || !steady || !(*steady > *stamped + kClearly)) return std::nullopt;
+  const Account stamped = Learn(setup, first), steady = Learn(setup, AtTimes(clock->t_ns, first));
+  if (!stamped.likelihood || !IsLikelier(steady, stamped, kClearly)) return std::nullopt;
   return clock;
 }
 

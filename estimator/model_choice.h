@@ -9,9 +9,9 @@
 
 namespace tagtwist {
 
-/// The noise to begin with. Where the options leave open what of the motion is white noise: for the
-/// linear part first, then for the angular one, that under which the tags of 300 frames spread over
-/// the recording are likelier, with the noise learned on those. `frames`: seeds of all of it.
+/// The noise to begin with. Where the options leave open what of the motion is white noise: that
+/// under which the tags of 300 frames spread over the recording are likelier, with the noise
+/// learned on those. `frames`: seeds of the whole recording.
 NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames);
 
 /// The steady clock fitted to the stamps, where the options ask for it or leave it open and the

@@ -102,10 +102,10 @@ void AddTag(const Factor& factor, const LinearFactor& linear, const BlockBandedM
                   std::max(0.0, scaled.squaredNorm() - leverage)};
 }
 
-// The least density: the prior's information about an axis from one state to the next is then this
-// many times what corners may tell (1e7 / m^2), and its rounding still far below that.
+// The least density: below it the prior's information from one state to the next would drown the
+// measurements' in rounding.
 double LeastDensity(WhiteNoiseOn on, const NoiseStatistics& statistics) {
-  constexpr double kMostInformation = 1e18;
+  constexpr double kMostInformation = 1e18;  // corners may tell 1e7 / m^2
   if (!(statistics.motions > 0)) return 1e-8;
   const double root = RootInformation({on, 1.0}, statistics.motion_s / statistics.motions)(0, 0);
   return root * root / kMostInformation;
@@ -215,14 +215,14 @@ bool MotionIsLearned(const EstimatorOptions& options) {
          !IsGiven(options.angular_accel_psd, options.angular_jerk_psd);
 }
 
-NoiseModel InitialNoise(const EstimatorOptions& options, const MotionKinds& open) {
+NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open) {
   NoiseModel noise;
   noise.corner_sigma_px = options.corner_sigma_px.value_or(noise.corner_sigma_px);
   noise.track_sigma_px = options.track_sigma_px.value_or(noise.track_sigma_px);
-  noise.linear = InitialPrior(options.motion_prior, options.accel_psd, options.jerk_psd,
-                              open.linear, 1.0, 30.0);
+  noise.linear =
+      InitialPrior(options.motion_prior, options.accel_psd, options.jerk_psd, open, 1.0, 30.0);
   noise.angular = InitialPrior(options.motion_prior, options.angular_accel_psd,
-                               options.angular_jerk_psd, open.angular, 10.0, 300.0);
+                               options.angular_jerk_psd, open, 10.0, 300.0);
   noise.source = Source(options, "default");
   return noise;
 }

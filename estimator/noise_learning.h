@@ -45,14 +45,9 @@ bool MotionPriorIsOpen(const EstimatorOptions& options);
 /// Whether both densities of the motion prior are learned.
 bool MotionIsLearned(const EstimatorOptions& options);
 
-/// What of the two parts of the motion is white noise.
-struct MotionKinds {
-  WhiteNoiseOn linear = WhiteNoiseOn::kJerk, angular = WhiteNoiseOn::kJerk;
-};
-
 /// Noise to begin with: given values, defaults elsewhere; source "default" or "given". Where the
 /// options leave the motion prior open it is `open`.
-NoiseModel InitialNoise(const EstimatorOptions& options, const MotionKinds& open = {});
+NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open = WhiteNoiseOn::kJerk);
 
 /// Noise from statistics, given values kept; a step changes a parameter at most tenfold. A source
 /// with less than one degree of freedom keeps its value. A density stays above where its

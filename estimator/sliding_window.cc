@@ -113,15 +113,16 @@ void SlidingWindow::AddFrame(const FrameMeasurements& measurement, const FrameSt
   }
 }
 
+SolveOptions SlidingWindow::StepOptions() const { return {setup_.options.window_iterations, 1e-6}; }
+
 Status SlidingWindow::SolveAll() {
-  const SolveOptions options{setup_.options.window_iterations, 1e-6};
   const bool full = static_cast<int>(seen_.size()) == setup_.options.window_frames;
   for (WindowHypothesis& hypothesis : hypotheses_) {
     hypothesis.input.first_frame = first_frame_;
     hypothesis.input.segments = segmenter_.segments();
     if (full && !has_learned_) {  // from the likeliest so far
       hypothesis.TakePrior();
-      const auto learned = SolveAndLearn(setup_, options, &hypothesis.input, &noise_);
+      const auto learned = SolveAndLearn(setup_, StepOptions(), &hypothesis.input, &noise_);
       if (!learned) return learned.error();
       has_learned_ = true;
     }
@@ -139,10 +140,9 @@ Status SlidingWindow::SolveAll() {
 }
 
 Status SlidingWindow::SolveOne(WindowHypothesis* hypothesis) {
-  const SolveOptions options{setup_.options.window_iterations, 1e-6};
   const bool steps = hypotheses_.size() == 1 && WindowSystem::Fits(setup_, hypothesis->input);
-  return steps ? StepHypothesis(setup_, noise_, options, hypothesis)
-               : SolveHypothesis(setup_, noise_, options, hypothesis);
+  return steps ? StepHypothesis(setup_, noise_, StepOptions(), hypothesis)
+               : SolveHypothesis(setup_, noise_, StepOptions(), hypothesis);
 }
 
 void SlidingWindow::LookIntoTheMirror() {

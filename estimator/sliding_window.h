@@ -59,6 +59,7 @@ class SlidingWindow {
 
   bool MustStartAnew(const std::optional<Pose>& excluded, const FrameMeasurements& measurement);
   void AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts);
+  SolveOptions StepOptions() const;
   Status SolveAll();
   Status SolveOne(WindowHypothesis* hypothesis);
   void LookIntoTheMirror();

@@ -19,6 +19,28 @@ bool TellTheSame(const WindowHypothesis& a, const WindowHypothesis& b) {
   return d.head<6>().dot(p.llt().solve(d.head<6>())) < 1;
 }
 
+// The oldest state of the last solution's graph leaves for a prior.
+void MarginalizeGraph(WindowHypothesis* hypothesis) {
+  const Graph& graph = hypothesis->solution.graph;
+  const std::vector<bool> use = UsedByMarginalisation(graph);
+  for (size_t f = 0; f < use.size(); ++f) {
+    LinearFactor linear;
+    if (use[f] && LinearizeFactor(graph, graph.factors[f], &linear)) {
+      hypothesis->settled_cost += RobustCost(graph.factors[f], linear);
+    }
+  }
+  std::optional<Factor>& prior = hypothesis->input.prior;
+  prior = MarginalizeFirstState(graph);
+  if (!prior) return;
+  Eigen::VectorXd offset(prior->cost->num_residuals());
+  std::vector<const double*> at;
+  for (const BlockRef& block : prior->blocks) {
+    at.push_back(graph.Parameters({block.kind, block.index + 1}));
+  }
+  prior->cost->Evaluate(at.data(), offset.data(), nullptr);
+  hypothesis->settled_cost -= 0.5 * offset.squaredNorm();
+}
+
 }  // namespace
 
 void WindowHypothesis::TakePrior() {
@@ -65,31 +87,12 @@ bool DropContradicted(WindowHypothesis* hypothesis) {
 }
 
 void MarginalizeOldest(WindowHypothesis* hypothesis) {
-  GraphInput& input = hypothesis->input;
   if (hypothesis->is_step) {
     hypothesis->system.MarginalizeFirst();
-    input.frames.erase(input.frames.begin());
-    ++input.first_frame;
-    return;
+  } else {
+    MarginalizeGraph(hypothesis);
   }
-  const Graph& graph = hypothesis->solution.graph;
-  const std::vector<bool> use = UsedByMarginalisation(graph);
-  for (size_t f = 0; f < use.size(); ++f) {
-    LinearFactor linear;
-    if (use[f] && LinearizeFactor(graph, graph.factors[f], &linear)) {
-      hypothesis->settled_cost += RobustCost(graph.factors[f], linear);
-    }
-  }
-  input.prior = MarginalizeFirstState(graph);
-  if (input.prior) {
-    Eigen::VectorXd offset(input.prior->cost->num_residuals());
-    std::vector<const double*> at;
-    for (const BlockRef& block : input.prior->blocks) {
-      at.push_back(graph.Parameters({block.kind, block.index + 1}));
-    }
-    input.prior->cost->Evaluate(at.data(), offset.data(), nullptr);
-    hypothesis->settled_cost -= 0.5 * offset.squaredNorm();
-  }
+  GraphInput& input = hypothesis->input;
   input.frames.erase(input.frames.begin());
   ++input.first_frame;
 }

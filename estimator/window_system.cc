@@ -49,6 +49,34 @@ Graph GraphOf(const EstimatorSetup& setup, const NoiseModel& noise,
 
 }  // namespace
 
+Vector18 WindowSystem::PriorForm::GradientAt(const GraphState& state, double* cost) const {
+  const Vector18 d = Difference18(state, reference), h = hessian * d;
+  *cost += d.dot(gradient + 0.5 * h);
+  return gradient + h;
+}
+
+WindowSystem::Vector6 WindowSystem::TagForm::Moved(const GraphState& state) const {
+  GraphState at;
+  at.pose = reference;
+  return Difference18(state, at).head<6>();
+}
+
+WindowSystem::Vector6 WindowSystem::TagForm::GradientAt(const GraphState& state,
+                                                        double* cost_sum) const {
+  const Vector6 d = Moved(state), h = hessian * d;
+  *cost_sum += cost + d.dot(gradient + 0.5 * h);
+  return gradient + h;
+}
+
+std::pair<Vector18, Vector18> WindowSystem::MotionForm::GradientsAt(const GraphState& at_first,
+                                                                    const GraphState& at_second,
+                                                                    double* cost_sum) const {
+  const Vector18 d0 = Difference18(at_first, first), d1 = Difference18(at_second, second);
+  const Vector18 e0 = h00 * d0 + h10.transpose() * d1, e1 = h10 * d0 + h11 * d1;
+  *cost_sum += cost + d0.dot(g0 + 0.5 * e0) + d1.dot(g1 + 0.5 * e1);
+  return {g0 + e0, g1 + e1};
+}
+
 bool WindowSystem::Fits(const EstimatorSetup& setup, const GraphInput& input) {
   if (input.prior) {
     for (const BlockRef& block : input.prior->blocks) {
@@ -143,11 +171,8 @@ bool WindowSystem::LinearizeWhatMoved(const EstimatorSetup& setup, const NoiseMo
   bool any = false;
   for (size_t k = 0; k < states_.size(); ++k) {
     TagForm& tags = frames_[k].tags;
-    GraphState at_tags;
-    at_tags.pose = tags.reference;
-    const Vector6 moved = Difference18(states_[k], at_tags).head<6>();
-    if (!tags.weights.empty() &&
-        moved.norm() * std::sqrt(moved.dot(tags.hessian * moved)) > kTagNeglected) {
+    const Vector6 moved = tags.Moved(states_[k]);
+    if (moved.norm() * std::sqrt(moved.dot(tags.hessian * moved)) > kTagNeglected) {
       GraphFrame frame = input.frames[k];
       frame.state = ToBodyState(states_[k]);
       LinearizeTags(setup, noise, frame, &tags);
@@ -172,35 +197,21 @@ BlockBandedMatrix WindowSystem::Assemble(Eigen::VectorXd* gradient, double* cost
   BlockBandedMatrix hessian(size, std::min(size - 1, 1));
   gradient->setZero(kSize * size);
   *cost = 0;
-  const Vector18 d_prior = Difference18(states_.front(), prior_->reference);
   hessian.At(0, 0) += prior_->hessian;
-  const Vector18 h_prior = prior_->hessian * d_prior;
-  gradient->head<kSize>() += prior_->gradient + h_prior;
-  *cost += d_prior.dot(prior_->gradient + 0.5 * h_prior);
+  gradient->head<kSize>() += prior_->GradientAt(states_.front(), cost);
   for (int k = 0; k < size; ++k) {
     const FrameForms& forms = frames_[static_cast<size_t>(k)];
     const GraphState& state = states_[static_cast<size_t>(k)];
-    if (!forms.tags.weights.empty()) {
-      GraphState reference;
-      reference.pose = forms.tags.reference;
-      const Vector6 d = Difference18(state, reference).head<6>();
-      const Vector6 h = forms.tags.hessian * d;
-      hessian.At(k, k).topLeftCorner<6, 6>() += forms.tags.hessian;
-      gradient->segment<6>(kSize * k) += forms.tags.gradient + h;
-      *cost += forms.tags.cost + d.dot(forms.tags.gradient + 0.5 * h);
-    }
+    hessian.At(k, k).topLeftCorner<6, 6>() += forms.tags.hessian;
+    gradient->segment<6>(kSize * k) += forms.tags.GradientAt(state, cost);
     if (k == 0) continue;
     const MotionForm& motion = *forms.motion;
-    const Vector18 d0 = Difference18(states_[static_cast<size_t>(k - 1)], motion.first),
-                   d1 = Difference18(state, motion.second);
-    const Vector18 h0 = motion.h00 * d0 + motion.h10.transpose() * d1,
-                   h1 = motion.h10 * d0 + motion.h11 * d1;
     hessian.At(k - 1, k - 1) += motion.h00;
     hessian.At(k, k - 1) += motion.h10;
     hessian.At(k, k) += motion.h11;
-    gradient->segment<kSize>(kSize * (k - 1)) += motion.g0 + h0;
-    gradient->segment<kSize>(kSize * k) += motion.g1 + h1;
-    *cost += motion.cost + d0.dot(motion.g0 + 0.5 * h0) + d1.dot(motion.g1 + 0.5 * h1);
+    const auto [g0, g1] = motion.GradientsAt(states_[static_cast<size_t>(k - 1)], state, cost);
+    gradient->segment<kSize>(kSize * (k - 1)) += g0;
+    gradient->segment<kSize>(kSize * k) += g1;
   }
   return hessian;
 }
@@ -237,22 +248,14 @@ std::vector<int> WindowSystem::TagsBelow(int k, double least) const {
 }
 
 void WindowSystem::MarginalizeFirst() {
-  // The first state, and what touches it.
   const MotionForm& motion = *frames_[1].motion;
-  const Vector18 d_prior = Difference18(states_[0], prior_->reference),
-                 d0 = Difference18(states_[0], motion.first),
-                 d1 = Difference18(states_[1], motion.second);
-  Block h00 = prior_->hessian + motion.h00;
-  Vector18 g0 = prior_->gradient + prior_->hessian * d_prior + motion.g0 + motion.h00 * d0 +
-                motion.h10.transpose() * d1;
-  const Vector18 g1 = motion.g1 + motion.h10 * d0 + motion.h11 * d1;
   const TagForm& tags = frames_[0].tags;
-  if (!tags.weights.empty()) {
-    GraphState reference;
-    reference.pose = tags.reference;
-    h00.topLeftCorner<6, 6>() += tags.hessian;
-    g0.head<6>() += tags.gradient + tags.hessian * Difference18(states_[0], reference).head<6>();
-  }
+  double settled = 0;  // a constant
+  auto [g0, g1] = motion.GradientsAt(states_[0], states_[1], &settled);
+  g0 += prior_->GradientAt(states_[0], &settled);
+  g0.head<6>() += tags.GradientAt(states_[0], &settled);
+  Block h00 = prior_->hessian + motion.h00;
+  h00.topLeftCorner<6, 6>() += tags.hessian;
   const Eigen::LLT<Block> leaving(h00);
   const Block gain = leaving.solve(motion.h10.transpose());
   PriorForm prior{states_[1], motion.h11, g1};

@@ -2,6 +2,8 @@
 #include <Eigen/Core>
 #include <deque>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "estimator/graph_builder.h"
 #include "estimator/smoother.h"
@@ -37,23 +39,29 @@ class WindowSystem {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   using Vector6 = Eigen::Matrix<double, 6, 1>;
 
+  // Quadratic forms: the gradient at other states, the cost added to *cost.
   struct PriorForm {
     GraphState reference;
     Block hessian;
     Vector18 gradient;
+    Vector18 GradientAt(const GraphState& state, double* cost) const;
   };
   struct TagForm {
     Pose reference;
     Matrix6 hessian = Matrix6::Zero();
     Vector6 gradient = Vector6::Zero();
     double cost = 0;
-    std::vector<double> weights;  // one a tag
+    std::vector<double> weights;                   // one a tag
+    Vector6 Moved(const GraphState& state) const;  // from the reference
+    Vector6 GradientAt(const GraphState& state, double* cost) const;
   };
   struct MotionForm {  // from the state before
     GraphState first, second;
     Block h00, h10, h11;
     Vector18 g0, g1;
     double cost = 0;
+    std::pair<Vector18, Vector18> GradientsAt(const GraphState& at_first,
+                                              const GraphState& at_second, double* cost) const;
   };
   struct FrameForms {
     int64_t t_ns = 0;

@@ -5,6 +5,7 @@
 #include "estimator/batch.h"
 #include "estimator/sliding_window.h"
 #include "tests/exact_model.h"
+#include "tests/window_run.h"
 
 namespace tagtwist {
 namespace {
@@ -12,23 +13,6 @@ namespace {
 double Nees(const FrameEstimate& estimate, const BodyState& truth) {
   const StateVector e = Difference(estimate.state, truth);
   return e.dot(estimate.covariance.llt().solve(e));
-}
-
-struct WindowRun {
-  std::vector<FrameEstimate> current, lagged;
-};
-WindowRun RunWindow(const EstimatorSetup& setup,
-                    const std::vector<FrameMeasurements>& measurements) {
-  SlidingWindow window(setup);
-  WindowRun run;
-  for (const FrameMeasurements& m : measurements) {
-    auto out = window.Add(m);
-    EXPECT_TRUE(out) << out.error().message;
-    run.current.push_back(out->current);
-    run.lagged.insert(run.lagged.end(), out->lagged.begin(), out->lagged.end());
-  }
-  for (FrameEstimate& e : window.Finish()) run.lagged.push_back(std::move(e));
-  return run;
 }
 
 TEST(Batch, WithoutNoiseItFindsTheTruth) {

@@ -8,10 +8,10 @@
 #include "estimator/batch.h"
 #include "estimator/linear_system.h"
 #include "estimator/seeding.h"
-#include "estimator/sliding_window.h"
 #include "estimator/smoother.h"
 #include "tests/exact_model.h"
 #include "tests/simulated_flight.h"
+#include "tests/window_run.h"
 
 namespace tagtwist {
 namespace {
@@ -104,13 +104,7 @@ TEST(PriorCalibration, OnASmoothFlightTheTwistsCovarianceHolds) {
 
 TEST(PriorCalibration, TheFramesThatLeaveAWindowAreCalibratedToo) {
   const SimulatedFlight flight = SimulateCorners("agile", 12);
-  SlidingWindow window(CourseSetup());
-  std::vector<FrameEstimate> lagged;
-  for (const FrameMeasurements& m : flight.measurements) {
-    const auto out = window.Add(m);
-    ASSERT_TRUE(out) << out.error().message;
-    lagged.insert(lagged.end(), out->lagged.begin(), out->lagged.end());
-  }
+  std::vector<FrameEstimate> lagged = RunWindow(CourseSetup(), flight.measurements).lagged;
   constexpr size_t kKnown = 150;  // the frames that the first calibration came of, and more
   const std::vector<BodyState> truth(flight.truth.begin() + kKnown,
                                      flight.truth.begin() + lagged.size());

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "estimator/batch.h"
-#include "estimator/sliding_window.h"
 #include "frontend/types/so3.h"
 #include "tests/exact_model.h"
 #include "tests/tag_scene.h"
+#include "tests/window_run.h"
 
 namespace tagtwist {
 namespace {
@@ -73,14 +73,7 @@ void ExpectNoFlip(const std::vector<FrameEstimate>& frames, const std::vector<Bo
 TEST(SingleTag, WindowKeepsTheRightMinimum) {
   for (const double height_m : {0.8, 1.2}) {
     const Flight flight = FlyOverOneTag(height_m, 0.15, 3);
-    SlidingWindow window(CourseSetup());
-    std::vector<FrameEstimate> frames;
-    for (const FrameMeasurements& m : flight.measurements) {
-      const auto out = window.Add(m);
-      ASSERT_TRUE(out) << out.error().message;
-      frames.push_back(out->current);
-    }
-    ExpectNoFlip(frames, flight.truth);
+    ExpectNoFlip(RunWindow(CourseSetup(), flight.measurements).current, flight.truth);
   }
 }
 

@@ -6,10 +6,10 @@
 #include <functional>
 
 #include "estimator/pose_path.h"
-#include "estimator/sliding_window.h"
 #include "frontend/pose_seed.h"
 #include "tests/exact_model.h"
 #include "tests/tag_scene.h"
+#include "tests/window_run.h"
 
 namespace tagtwist {
 namespace {
@@ -39,22 +39,6 @@ Flight Fly(const TagMap& map, size_t frames, double noise_px, unsigned seed,
   return flight;
 }
 
-struct WindowRun {
-  std::vector<FrameEstimate> current, lagged;
-};
-WindowRun RunWindow(const std::vector<FrameMeasurements>& measurements) {
-  SlidingWindow window(CourseSetup());
-  WindowRun run;
-  for (const FrameMeasurements& m : measurements) {
-    const auto out = window.Add(m);
-    EXPECT_TRUE(out) << out.error().message;
-    run.current.push_back(out->current);
-    run.lagged.insert(run.lagged.end(), out->lagged.begin(), out->lagged.end());
-  }
-  for (FrameEstimate& e : window.Finish()) run.lagged.push_back(std::move(e));
-  return run;
-}
-
 // Each frame once, in order.
 void ExpectAllFrames(const std::vector<FrameEstimate>& frames, size_t size) {
   ASSERT_EQ(frames.size(), size);
@@ -81,7 +65,7 @@ TEST(WindowChoice, AWrongMinimumIsNeverTold) {
         SeedPose(flight.measurements.front().tags, setup.map, setup.camera, setup.cam_from_body);
     if (RotationErrorRad(first.world_from_body, truth) < 0.15) continue;  // this noise is harmless
     ++misled;
-    const WindowRun run = RunWindow(flight.measurements);
+    const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
     ExpectAllFrames(run.lagged, 60);
     for (const auto* frames : {&run.current, &run.lagged}) {
       for (const FrameEstimate& frame : *frames) {
@@ -139,7 +123,7 @@ TEST(WindowChoice, AFrameOfNonsenseDoesNotMoveTheState) {
                                      .tags;
   flight.measurements[70].tags.resize(1);
   flight.measurements[70].tags[0].id = 3;
-  const WindowRun run = RunWindow(flight.measurements);
+  const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
   ExpectAllFrames(run.lagged, 100);
   for (const size_t i : {40u, 70u}) {
     EXPECT_EQ(run.current[i].status, FrameStatus::kPredicted);
@@ -158,7 +142,7 @@ TEST(WindowChoice, AnotherPlaceIsTakenOnItsThirdFrame) {
     if (t > 1.19) pose.params.segment<3>(4) += Eigen::Vector3d(0.6, -0.5, 0.4);
     return pose;
   });
-  const WindowRun run = RunWindow(flight.measurements);
+  const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
   ExpectAllFrames(run.current, 120);
   ExpectAllFrames(run.lagged, 120);
   for (const size_t i : {60u, 61u}) EXPECT_EQ(run.current[i].status, FrameStatus::kPredicted);
@@ -175,7 +159,7 @@ TEST(WindowChoice, ASecondWithoutTagsEndsWithinItsSigmas) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     Flight flight = Fly(CourseSetup().map, 400, 0.1, seed, Circle);
     for (size_t i = 320; i < 370; ++i) flight.measurements[i].tags.clear();
-    const WindowRun run = RunWindow(flight.measurements);
+    const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
     double last_sigma_m = 0;
     for (size_t i = 320; i < 370; ++i) {
       const FrameEstimate& frame = run.current[i];
