@@ -5,12 +5,14 @@
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <optional>
 
 #include "apps/calibrate_recording.h"
 #include "apps/estimate_flags.h"
 #include "apps/map_recording.h"
 #include "apps/stopwatch.h"
 #include "estimator/calibration_text.h"
+#include "estimator/gyro_alignment.h"
 #include "estimator/result_writer.h"
 #include "frontend/ground_truth_io.h"
 
@@ -54,6 +56,20 @@ Result<Mapping> MapFirst(const EstimateJob& job, const Config& config) {
   return mapping;
 }
 
+// Mount and clock of a gyro that the recording has, told on standard output.
+std::optional<GyroAlignment> AlignGyroTo(const Estimate& estimate, const Config& config,
+                                         const std::vector<ImuSample>& imu) {
+  std::vector<TimedRotation> camera;
+  const Eigen::Quaterniond body_from_cam = config.cam_from_body.rotation().conjugate();
+  for (const FrameEstimate& frame : estimate.frames) {
+    if (frame.status == FrameStatus::kNoFix) continue;
+    camera.push_back({frame.t_ns, frame.state.world_from_body.rotation() * body_from_cam});
+  }
+  const auto gyro = AlignGyro(camera, imu);
+  std::cout << (gyro ? GyroText(*gyro) : gyro.error().message) << "\n\n";
+  return gyro ? std::optional<GyroAlignment>(*gyro) : std::nullopt;
+}
+
 // Everything between the flags and the last line printed.
 Status Run(const EstimateJob& job, Config config) {
   const Stopwatch watch;
@@ -88,6 +104,9 @@ Status Run(const EstimateJob& job, Config config) {
   if (!estimate) return estimate.error();
   for (const std::string& warning : estimate->warnings) {
     std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
+  }
+  if (job.calibrate && !(*source)->imu().empty()) {
+    context.gyro = AlignGyroTo(*estimate, config, (*source)->imu());
   }
   context.rows = CompareMethods(*estimate, context.truth, {});
   context.map = config.map;

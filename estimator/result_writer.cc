@@ -54,11 +54,26 @@ nlohmann::ordered_json MappingJson(const Mapping& mapping) {
   return out;
 }
 
+nlohmann::ordered_json GyroJson(const GyroAlignment& gyro) {
+  const auto vector = [](const Eigen::Vector3d& v) { return std::vector{v.x(), v.y(), v.z()}; };
+  const Eigen::Matrix<double, 7, 1> sigmas = gyro.covariance.diagonal().cwiseSqrt();
+  const Eigen::Quaterniond& q = gyro.cam_from_imu;
+  return {{"cam_from_imu_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+          {"rotation_sigma_rad", vector(sigmas.head<3>())},
+          {"bias_radps", vector(gyro.bias_radps)},
+          {"bias_sigma_radps", vector(sigmas.segment<3>(3))},
+          {"time_offset_s", gyro.time_offset_s},
+          {"time_offset_sigma_s", sigmas(6)},
+          {"turn_sigma_rad", gyro.turn_sigma_rad},
+          {"turns", gyro.turns}};
+}
+
 std::string SummaryText(const Estimate& estimate, const ResultContext& context) {
   nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
   if (!context.movable_tags.empty()) json["movable_tags"] = context.movable_tags;
   if (context.mapping) json["mapping"] = MappingJson(*context.mapping);
   if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);
+  if (context.gyro) json["gyro"] = GyroJson(*context.gyro);
   return FormatJson(json);
 }
 

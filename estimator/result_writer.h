@@ -7,6 +7,7 @@
 #include "estimator/comparison_table.h"
 #include "estimator/estimate.h"
 #include "estimator/file_set.h"
+#include "estimator/gyro_alignment.h"
 #include "estimator/mapping.h"
 #include "estimator/summary_json.h"
 #include "frontend/types/body_state.h"
@@ -24,6 +25,7 @@ struct ResultContext {
   bool write_covariance = false;
   std::optional<Calibration> calibration;  // where one was asked for
   std::optional<Mapping> mapping;          // of tags that the map lacked, where one was asked for
+  std::optional<GyroAlignment> gyro;       // where one was asked for, and the recording has one
   std::vector<int> movable_tags;           // passed over
 };
 
