@@ -209,7 +209,7 @@ TEST_F(EstimateProgram, WindowHoldsTheAttitudeOverASingleTag) {
 }
 
 TEST_F(SlowEstimateProgram, RenderedFlightIsRefinedWellBelowTheClosedForm) {
-  Simulate("flight", {"--duration", "3"});
+  Simulate("flight", {"--duration", "2"});
   const auto batch = Estimate("batch", {"--dataset", "flight"});
   // Corners good to hundredths of a pixel leave little for the graph to average out of positions.
   EXPECT_LT(Ratio(batch, "position_rmse_m"), 0.8);
