@@ -122,15 +122,16 @@ Result<Solution> BatchEstimator::SolveWithTrustedTags(const std::vector<int>& st
 }
 
 Result<BatchResult> BatchEstimator::Solve() const {
-  const std::optional<SteadyClock> clock = ChooseClock(setup_, measurements_);
-  auto seeds = clock ? SeedFrames(setup_, AtTimes(clock->t_ns, measurements_))
-                     : SeedFrames(setup_, measurements_);
+  auto seeds = SeedFrames(setup_, measurements_);
   if (!seeds) return seeds.error();
+  BatchResult out;
+  out.noise = InitialNoise(setup_.options);
+  const std::optional<SteadyClock> clock = ChooseClock(setup_, *seeds, &out.noise);
+  if (clock) TakeAtTimes(clock->t_ns, &*seeds);
+  out.noise = ChooseNoise(setup_, *seeds, out.noise);
   const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
   TrackTally tracks = TallyOf(input.segments);
-  BatchResult out;
-  out.noise = ChooseNoise(setup_, *seeds);
   const auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 

@@ -1,5 +1,7 @@
 #include "estimator/graph.h"
 
+#include "frontend/types/so3.h"
+
 namespace tagtwist {
 
 GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration) {
@@ -21,6 +23,14 @@ BodyState ToBodyState(const GraphState& state) {
 
 Acceleration ToAcceleration(const GraphState& state) {
   return {state.rates.segment<3>(6), state.rates.segment<3>(9)};
+}
+
+GraphState Moved(const GraphState& state, const Eigen::Matrix<double, 18, 1>& step) {
+  GraphState out = state;
+  out.pose = MakePose(state.pose.rotation() * ExpSo3(step.head<3>()),
+                      state.pose.translation() + step.segment<3>(3));
+  out.rates += step.tail<12>();
+  return out;
 }
 
 const double* Graph::Parameters(const BlockRef& block) const {

@@ -35,6 +35,8 @@ struct GraphState {
 GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration);
 BodyState ToBodyState(const GraphState& state);
 Acceleration ToAcceleration(const GraphState& state);
+/// state [+] step, in its error state.
+GraphState Moved(const GraphState& state, const Eigen::Matrix<double, 18, 1>& step);
 
 enum class FactorKind { kTag, kTrack, kMotion, kPrior };
 

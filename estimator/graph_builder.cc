@@ -124,6 +124,7 @@ void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& i
 }
 
 bool CanBeEvaluated(const Graph& graph, const Factor& factor) {
+  if (factor.kind == FactorKind::kMotion || factor.kind == FactorKind::kPrior) return true;
   std::vector<const double*> parameters;
   for (const BlockRef& block : factor.blocks) parameters.push_back(graph.Parameters(block));
   Eigen::VectorXd residual(factor.cost->num_residuals());

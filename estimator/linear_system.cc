@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 
+#include "residuals/motion_residual.h"
 #include "residuals/pose_manifold.h"
+#include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist {
 namespace {
@@ -47,7 +49,49 @@ int Bandwidth(const Graph& graph, const std::vector<bool>& use) {
   return bandwidth;
 }
 
+void AddTag(int state, const LinearFactor& linear, LinearSystem* system) {
+  const Eigen::Map<const Eigen::Matrix<double, 8, 6>> jacobian(linear.jacobian.data());
+  const Eigen::Map<const Eigen::Matrix<double, 8, 1>> residual(linear.residual.data());
+  system->hessian.At(state, state).topLeftCorner<6, 6>() +=
+      jacobian.transpose().lazyProduct(jacobian);
+  system->gradient.segment<6>(kSize * state) += jacobian.transpose().lazyProduct(residual);
+}
+
+// The prior's motion between this state and the next: zeros are left out.
+void AddMotion(int state, const LinearFactor& linear, LinearSystem* system) {
+  using Matrix9 = Eigen::Matrix<double, 9, 9>;
+  const Eigen::Map<const Eigen::Matrix<double, 18, 36>> jacobian(linear.jacobian.data());
+  for (const MotionResidual::Part& part : {MotionResidual::kAngular, MotionResidual::kLinear}) {
+    const Eigen::Matrix<double, 9, 1> residual = linear.residual.segment<9>(part.first_row);
+    std::array<Matrix9, 2> j;
+    for (int i = 0; i < 3; ++i) {
+      const int column = part.columns[static_cast<size_t>(i)];
+      j[0].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, column);
+      j[1].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, kSize + column);
+    }
+    for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
+      const auto& j_a = j[static_cast<size_t>(a)];
+      const Matrix9 product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
+      auto& block = system->hessian.At(state + a, state + b);
+      for (size_t c = 0; c < 9; ++c) {
+        block.block<3, 3>(part.columns[c / 3], part.columns[c % 3]) += product.block<3, 3>(
+            3 * static_cast<Eigen::Index>(c / 3), 3 * static_cast<Eigen::Index>(c % 3));
+      }
+    }
+    for (int s = 0; s < 2; ++s) {
+      const Eigen::Matrix<double, 9, 1> g =
+          j[static_cast<size_t>(s)].transpose().lazyProduct(residual);
+      for (int i = 0; i < 3; ++i) {
+        const int row = kSize * (state + s) + part.columns[static_cast<size_t>(i)];
+        system->gradient.segment<3>(row) += g.segment<3>(3 * i);
+      }
+    }
+  }
+}
+
 void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
+  if (factor.kind == FactorKind::kTag) return AddTag(factor.blocks[0].index, linear, system);
+  if (factor.kind == FactorKind::kMotion) return AddMotion(factor.blocks[0].index, linear, system);
   int column_a = 0;
   for (const BlockRef& a : factor.blocks) {
     const int size_a = TangentSize(a.kind);
@@ -93,21 +137,32 @@ void EliminatePoint(const PointSystem& point, LinearSystem* system) {
   }
 }
 
-}  // namespace
-
-int TangentSize(BlockRef::Kind kind) {
-  switch (kind) {
-    case BlockRef::Kind::kPose:
-      return 6;
-    case BlockRef::Kind::kRates:
-      return 12;
-    case BlockRef::Kind::kPoint:
-      return 2;
+// LinearizeFactor before its loss: of the many factors without detours, of all others through
+// their cost function.
+bool LinearizeTag(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  Eigen::Matrix<double, 8, 1> residual;
+  Eigen::Matrix<double, 8, 6> jacobian;
+  if (!static_cast<const TagReprojectionResidual&>(*factor.cost)
+           .Linearize(graph.Parameters(factor.blocks[0]), &residual, &jacobian)) {
+    return false;
   }
-  return 0;
+  out->residual = residual;
+  out->jacobian = jacobian;
+  return true;
 }
 
-bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out) {
+void LinearizeMotion(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  Eigen::Matrix<double, 18, 1> residual;
+  Eigen::Matrix<double, 18, 36> jacobian;
+  std::array<const double*, 4> parameters;
+  for (size_t i = 0; i < 4; ++i) parameters[i] = graph.Parameters(factor.blocks[i]);
+  static_cast<const MotionResidual&>(*factor.cost)
+      .Linearize(parameters.data(), &residual, &jacobian);
+  out->residual = residual;
+  out->jacobian = jacobian;
+}
+
+bool LinearizeAny(const Graph& graph, const Factor& factor, LinearFactor* out) {
   const auto& sizes = factor.cost->parameter_block_sizes();
   const int rows = factor.cost->num_residuals();
   std::vector<const double*> parameters;
@@ -138,6 +193,31 @@ bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out
     }
     column += size;
   }
+  return true;
+}
+
+}  // namespace
+
+int TangentSize(BlockRef::Kind kind) {
+  switch (kind) {
+    case BlockRef::Kind::kPose:
+      return 6;
+    case BlockRef::Kind::kRates:
+      return 12;
+    case BlockRef::Kind::kPoint:
+      return 2;
+  }
+  return 0;
+}
+
+bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  if (factor.kind == FactorKind::kTag) {
+    if (!LinearizeTag(graph, factor, out)) return false;
+  } else if (factor.kind == FactorKind::kMotion) {
+    LinearizeMotion(graph, factor, out);
+  } else if (!LinearizeAny(graph, factor, out)) {
+    return false;
+  }
   const double norm = out->residual.norm();
   out->weight =
       factor.huber_delta > 0 && norm > factor.huber_delta ? factor.huber_delta / norm : 1.0;
@@ -157,13 +237,17 @@ double RobustCost(const Factor& factor, const LinearFactor& linear) {
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
   const int size = static_cast<int>(graph.states.size());
   LinearSystem system{BlockBandedMatrix(size, std::min(size - 1, Bandwidth(graph, use))),
-                      Eigen::VectorXd::Zero(kSize * size)};
+                      Eigen::VectorXd::Zero(kSize * size), 0, true};
   std::vector<PointSystem> points(graph.points.size());
   LinearFactor linear;
   for (size_t f = 0; f < graph.factors.size(); ++f) {
     if (!use.empty() && !use[f]) continue;
     const Factor& factor = graph.factors[f];
-    if (!LinearizeFactor(graph, factor, &linear)) continue;
+    if (!LinearizeFactor(graph, factor, &linear)) {
+      system.is_whole = false;
+      continue;
+    }
+    system.cost += RobustCost(factor, linear);
     AddStateBlocks(factor, linear, &system);
     if (factor.blocks.back().kind == BlockRef::Kind::kPoint) {
       AddPoint(factor, linear, &points[static_cast<size_t>(factor.blocks.back().index)]);

@@ -16,8 +16,7 @@ struct LinearFactor {
   double weight = 1;  // of the Huber loss, in (0, 1]
 };
 
-/// Returns false when the factor cannot be evaluated here (a point behind the
-/// camera).
+/// Returns false when the factor cannot be evaluated here (a point behind the camera).
 bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out);
 
 /// Half the sum of squares of a linearised factor, under its Huber loss.
@@ -31,6 +30,8 @@ int TangentSize(BlockRef::Kind kind);
 struct LinearSystem {
   BlockBandedMatrix hessian{0, 0};
   Eigen::VectorXd gradient;
+  double cost = 0;       // half the sum of squares, robust
+  bool is_whole = true;  // no factor had to be left out because it cannot be evaluated here
 };
 
 /// Normal equations of those factors whose entry in `use` is true (all when empty).

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "estimator/noise_learning.h"
-#include "estimator/seeding.h"
 #include "estimator/smoother.h"
 
 namespace tagtwist {
@@ -19,16 +19,17 @@ constexpr double kClearly = 10;
 // time still starts and stops.
 std::vector<GraphFrame> SpreadFrames(const std::vector<GraphFrame>& frames) {
   constexpr size_t kStretches = 6;
-  std::vector<GraphFrame> with_tags, out;
+  std::vector<const GraphFrame*> with_tags;
   for (const GraphFrame& frame : frames) {
-    if (!frame.tags.empty()) with_tags.push_back(frame);
+    if (!frame.tags.empty()) with_tags.push_back(&frame);
   }
-  if (with_tags.size() <= kFrames) return with_tags;
-  const size_t size = kFrames / kStretches;
-  for (size_t i = 0; i < kStretches; ++i) {
-    const size_t begin = (with_tags.size() - size) * i / (kStretches - 1);
-    const auto first = with_tags.begin() + static_cast<std::ptrdiff_t>(begin);
-    out.insert(out.end(), first, first + static_cast<std::ptrdiff_t>(size));
+  std::vector<GraphFrame> out;
+  const bool all = with_tags.size() <= kFrames;
+  const size_t stretches = all ? 1 : kStretches;
+  const size_t size = all ? with_tags.size() : kFrames / stretches;
+  for (size_t i = 0; i < stretches; ++i) {
+    const size_t first = all ? 0 : (with_tags.size() - size) * i / (stretches - 1);
+    for (size_t k = first; k < first + size; ++k) out.push_back(*with_tags[k]);
   }
   return out;
 }
@@ -42,62 +43,62 @@ bool IsLikelier(const Account& a, const Account& than, double by = 0) {
   return a.likelihood && (!than.likelihood || *a.likelihood > *than.likelihood + by);
 }
 
-// Learns from `noise` on.
+// Learns from `noise` and the frames' states on; leaves there the states that it found. Frames
+// without tags are passed over.
 Account Learn(const EstimatorSetup& setup, const NoiseModel& noise,
-              const std::vector<GraphFrame>& frames) {
+              std::vector<GraphFrame>* frames) {
   Account out{noise, {}};
+  const auto is_empty = [](const GraphFrame& frame) { return frame.tags.empty(); };
+  frames->erase(std::remove_if(frames->begin(), frames->end(), is_empty), frames->end());
+  if (frames->empty()) return out;
   GraphInput input;
-  for (const GraphFrame& frame : frames) {
-    if (!frame.tags.empty()) input.frames.push_back(frame);
-  }
-  if (input.frames.empty()) return out;
+  input.frames = *frames;
   const auto solution =
       SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, &out.noise);
-  if (!solution) return out;
+  if (!solution) return {noise, {}};
   out.likelihood = solution->log_likelihood;
+  *frames = std::move(input.frames);
   return out;
-}
-
-Account Learn(const EstimatorSetup& setup, const std::vector<FrameMeasurements>& measurements) {
-  const NoiseModel noise = InitialNoise(setup.options);
-  const auto seeds = SeedFrames(setup, measurements);
-  return seeds ? Learn(setup, noise, *seeds) : Account{noise, {}};
 }
 
 }  // namespace
 
-NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames) {
-  if (!MotionPriorIsOpen(setup.options)) return InitialNoise(setup.options);
-  const std::vector<GraphFrame> sample = SpreadFrames(frames);
-  const auto learn = [&](WhiteNoiseOn on) {
-    return Learn(setup, InitialNoise(setup.options, on), sample);
-  };
-  const Account jerk = learn(WhiteNoiseOn::kJerk),
-                acceleration = learn(WhiteNoiseOn::kAcceleration);
-  return IsLikelier(acceleration, jerk) ? acceleration.noise : jerk.noise;
-}
-
 std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
-                                       const std::vector<FrameMeasurements>& measurements) {
+                                       const std::vector<GraphFrame>& frames, NoiseModel* noise) {
   if (setup.options.clock == "stamps") return std::nullopt;
   std::vector<int64_t> stamps;
-  for (const FrameMeasurements& m : measurements) stamps.push_back(m.t_ns);
+  for (const GraphFrame& frame : frames) stamps.push_back(frame.t_ns);
   auto clock = FitSteadyClock(stamps);
   if (!clock || setup.options.clock == "steady") return clock;
   // Jitter this small moves nothing by as much as the corners' noise does.
   constexpr double kLeastJitterS = 2e-4;
   if (clock->rms_s < kLeastJitterS) return std::nullopt;
-  const auto size = static_cast<std::ptrdiff_t>(std::min(kFrames, measurements.size()));
-  const std::vector<FrameMeasurements> first(measurements.begin(), measurements.begin() + size);
-  const Account stamped = Learn(setup, first), steady = Learn(setup, AtTimes(clock->t_ns, first));
+  const auto size = static_cast<std::ptrdiff_t>(std::min(kFrames, frames.size()));
+  std::vector<GraphFrame> at_stamps(frames.begin(), frames.begin() + size), at_ticks = at_stamps;
+  TakeAtTimes(clock->t_ns, &at_ticks);
+  const Account stamped = Learn(setup, *noise, &at_stamps),
+                steady = Learn(setup, stamped.noise, &at_ticks);
+  *noise = stamped.noise;
   if (!stamped.likelihood || !IsLikelier(steady, stamped, kClearly)) return std::nullopt;
+  *noise = steady.noise;
   return clock;
 }
 
-std::vector<FrameMeasurements> AtTimes(const std::vector<int64_t>& t_ns,
-                                       std::vector<FrameMeasurements> measurements) {
-  for (size_t i = 0; i < measurements.size(); ++i) measurements[i].t_ns = t_ns[i];
-  return measurements;
+void TakeAtTimes(const std::vector<int64_t>& t_ns, std::vector<GraphFrame>* frames) {
+  for (size_t i = 0; i < frames->size(); ++i) (*frames)[i].t_ns = t_ns[i];
+}
+
+NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
+                       const std::optional<NoiseModel>& start) {
+  const NoiseModel first = start.value_or(InitialNoise(setup.options));
+  if (!MotionPriorIsOpen(setup.options)) return first;  // the options say it
+  std::vector<GraphFrame> sample = SpreadFrames(frames);
+  const Account jerk = Learn(setup, first, &sample);
+  // The frames lie where those states say; what is new is the noise of their motion.
+  NoiseModel other = InitialNoise(setup.options, WhiteNoiseOn::kAcceleration);
+  other.corner_sigma_px = jerk.noise.corner_sigma_px;
+  const Account acceleration = Learn(setup, other, &sample);
+  return IsLikelier(acceleration, jerk) ? acceleration.noise : jerk.noise;
 }
 
 }  // namespace tagtwist

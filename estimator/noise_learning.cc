@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "estimator/linear_system.h"
+#include "residuals/motion_residual.h"
 #include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist {
@@ -60,29 +61,44 @@ double TypicalTagScale(const Graph& graph) {
   return norms.empty() ? 1.0 : Median(&norms) / kMedianChi2Of8;
 }
 
-// tr(J P J') of the first `rows` rows from first_row of a motion factor between states k and k + 1.
-double MotionLeverage(const LinearFactor& linear, const BlockBandedMatrix& p, int k, int first_row,
-                      int rows) {
-  constexpr int kSize = BlockBandedMatrix::kSize;
-  Eigen::Matrix<double, 2 * kSize, 2 * kSize> joint;
-  joint << p.At(k, k), p.At(k + 1, k).transpose(), p.At(k + 1, k), p.At(k + 1, k + 1);
-  const auto j = linear.jacobian.middleRows(first_row, rows);
-  return (j * joint).cwiseProduct(j).sum();
+// tr(J P J') of the first `rows` rows of a part of a motion factor between states k and k + 1.
+double MotionLeverage(const LinearFactor& linear, const BlockBandedMatrix& p, int k,
+                      const MotionResidual::Part& part, int rows) {
+  Eigen::Matrix<double, 18, 18> joint;  // covariance of what enters
+  Eigen::Matrix<double, 9, 18> jacobian;
+  const auto& before = p.At(k, k);
+  const auto& cross = p.At(k + 1, k);
+  const auto& after = p.At(k + 1, k + 1);
+  for (int i = 0; i < 3; ++i) {
+    const int row = part.columns[static_cast<size_t>(i)];
+    jacobian.middleCols<3>(3 * i) = linear.jacobian.block<9, 3>(part.first_row, row);
+    jacobian.middleCols<3>(9 + 3 * i) =
+        linear.jacobian.block<9, 3>(part.first_row, BlockBandedMatrix::kSize + row);
+    for (int j = 0; j < 3; ++j) {
+      const int column = part.columns[static_cast<size_t>(j)];
+      joint.block<3, 3>(3 * i, 3 * j) = before.block<3, 3>(row, column);
+      joint.block<3, 3>(9 + 3 * i, 3 * j) = cross.block<3, 3>(row, column);
+      joint.block<3, 3>(3 * j, 9 + 3 * i) = cross.block<3, 3>(row, column).transpose();
+      joint.block<3, 3>(9 + 3 * i, 9 + 3 * j) = after.block<3, 3>(row, column);
+    }
+  }
+  const Eigen::Matrix<double, 9, 18> product = jacobian.lazyProduct(joint);
+  return product.cwiseProduct(jacobian).topRows(rows).sum();
 }
 
 // Statistic of the nine rows of one part. Under white noise on acceleration the last three hold the
 // idle acceleration and say nothing.
 VarianceStatistic PartStatistic(const LinearFactor& linear, const BlockBandedMatrix& covariance,
-                                int k, const MotionPrior& prior, int first_row) {
+                                int k, const MotionPrior& prior, const MotionResidual::Part& part) {
   const int rows = prior.on == WhiteNoiseOn::kJerk ? 9 : 6;
-  return {linear.residual.segment(first_row, rows).squaredNorm() * prior.psd,
-          rows - MotionLeverage(linear, covariance, k, first_row, rows)};
+  return {linear.residual.segment(part.first_row, rows).squaredNorm() * prior.psd,
+          rows - MotionLeverage(linear, covariance, k, part, rows)};
 }
 
 void AddMotion(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
                const NoiseModel& noise, NoiseStatistics* out) {
-  out->angular += PartStatistic(linear, covariance, k, noise.angular, 0);
-  out->linear += PartStatistic(linear, covariance, k, noise.linear, 9);
+  out->angular += PartStatistic(linear, covariance, k, noise.angular, MotionResidual::kAngular);
+  out->linear += PartStatistic(linear, covariance, k, noise.linear, MotionResidual::kLinear);
 }
 
 // The tag's covariance is C + s^2 I, C its own. The score of the likelihood by s^2 is zero where
@@ -94,11 +110,13 @@ void AddTag(const Factor& factor, const LinearFactor& linear, const BlockBandedM
   if (norm > kInlierChi2Of8 * typical_scale) return;
   const auto& cost = static_cast<const TagReprojectionResidual&>(*factor.cost);
   const Eigen::Matrix<double, 8, 8> scaled = std::sqrt(s2) * cost.whitener().transpose();
+  const Eigen::Map<const Eigen::Matrix<double, 8, 6>> whitened(linear.jacobian.data());
+  const Eigen::Map<const Eigen::Matrix<double, 8, 1>> residual(linear.residual.data());
   const int k = factor.blocks.front().index;
   const Eigen::Matrix<double, 6, 6> pose = covariance.At(k, k).topLeftCorner<6, 6>();
-  const Eigen::Matrix<double, 8, 6> jacobian = scaled * linear.jacobian;
-  const double leverage = (jacobian * pose).cwiseProduct(jacobian).sum() / linear.weight;
-  out->corner += {s2 * (scaled * linear.residual).squaredNorm() / linear.weight,
+  const Eigen::Matrix<double, 8, 6> jacobian = scaled.lazyProduct(whitened);
+  const double leverage = jacobian.lazyProduct(pose).cwiseProduct(jacobian).sum() / linear.weight;
+  out->corner += {s2 * scaled.lazyProduct(residual).squaredNorm() / linear.weight,
                   std::max(0.0, scaled.squaredNorm() - leverage)};
 }
 

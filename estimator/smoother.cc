@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/banded_solver.h"
 #include "estimator/linear_system.h"
 #include "residuals/motion_residual.h"
 #include "residuals/tag_reprojection_residual.h"
@@ -31,20 +32,30 @@ double LogDetInformation(const Graph& graph) {
   return 0.5 * sum;
 }
 
+// By the bands where there are nothing else, else by Ceres.
+BandedSolution SolveGraph(const SolveOptions& options, Graph* graph) {
+  if (IsBanded(*graph)) return SolveBanded(options, graph);
+  BandedSolution out;
+  out.summary = Solve(options, graph);
+  if (out.summary.usable) out.normal_equations.emplace(Linearize(*graph).hessian);
+  return out;
+}
+
 }  // namespace
 
 Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& noise,
                                 const GraphInput& input, const SolveOptions& options) {
   Solution out;
   out.graph = BuildGraph(setup, noise, input);
-  const SolveSummary summary = Solve(options, &out.graph);
-  if (!summary.usable) return Error{"the solver found no solution: " + summary.message};
-  out.cost = summary.final_cost;
-  const BlockBandedCholesky cholesky(Linearize(out.graph).hessian);
+  const BandedSolution solved = SolveGraph(options, &out.graph);
+  if (!solved.summary.usable) {
+    return Error{"the solver found no solution: " + solved.summary.message};
+  }
+  const BlockBandedCholesky& cholesky = *solved.normal_equations;
   if (!cholesky.ok()) return Error{"the normal equations are not positive definite"};
+  out.cost = solved.summary.final_cost;
   out.covariance = cholesky.SelectedInverse();
-  out.log_likelihood =
-      LogDetInformation(out.graph) - summary.final_cost - 0.5 * cholesky.LogDeterminant();
+  out.log_likelihood = LogDetInformation(out.graph) - out.cost - 0.5 * cholesky.LogDeterminant();
   return out;
 }
 

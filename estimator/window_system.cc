@@ -24,14 +24,6 @@ Vector18 Difference18(const GraphState& state, const GraphState& reference) {
   return out;
 }
 
-GraphState Moved(const GraphState& state, const Vector18& step) {
-  GraphState out = state;
-  out.pose = MakePose(state.pose.rotation() * ExpSo3(step.head<3>()),
-                      state.pose.translation() + step.segment<3>(3));
-  out.rates += step.tail<12>();
-  return out;
-}
-
 // Tags: a move by d, in rad and metres, changes their Jacobian by about its size, and so the
 // whitened residuals by that times what d itself changes them by: this much may be neglected. Pose
 // and attitude trade against one another, so that far less than a sigma shows.

@@ -2,6 +2,7 @@
 #include <ceres/sized_cost_function.h>
 
 #include <Eigen/Core>
+#include <array>
 
 #include "residuals/motion_prior.h"
 
@@ -21,19 +22,34 @@ namespace tagtwist {
 /// alpha_body], then the same of state 2. Holds for turns below pi between the states.
 class MotionResidual final : public ceres::SizedCostFunction<18, 7, 12, 7, 12> {
  public:
+  /// The angular part and the linear one share nothing: nine rows each, which three 3-vectors of
+  /// either state enter, here by their column in a state's tangent (18).
+  struct Part {
+    int first_row;
+    std::array<int, 3> columns;
+  };
+  static constexpr Part kAngular{0, {0, 9, 15}}, kLinear{9, {3, 6, 12}};
+
   /// dt_s > 0.
   MotionResidual(double dt_s, const MotionPrior& linear, const MotionPrior& angular);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
+  /// The same with the Jacobian in the states' tangents: pose 1 (6), rates 1 (12), pose 2, rates 2.
+  void Linearize(double const* const* parameters, Eigen::Matrix<double, 18, 1>* residual,
+                 Eigen::Matrix<double, 18, 36>* jacobian) const;
 
   /// log det of the inverse process covariance of the two parts, three axes each.
   double LogDetInformation() const;
 
  private:
-  // Into those of `jacobians` that are asked for; phi and Jr^-1(phi) as in Evaluate.
+  Eigen::Matrix<double, 18, 1> Residual(double const* const* parameters, const Eigen::Vector3d& phi,
+                                        const Eigen::Matrix3d& jr_inverse) const;
+  // Into the columns of both poses; phi and Jr^-1(phi) as above.
   void DifferentiateByPoses(double const* const* parameters, const Eigen::Vector3d& phi,
-                            const Eigen::Matrix3d& jr_inverse, double** jacobians) const;
-  void DifferentiateByRates(const Eigen::Matrix3d& jr_inverse, double** jacobians) const;
+                            const Eigen::Matrix3d& jr_inverse,
+                            Eigen::Matrix<double, 18, 36>* jacobian) const;
+  void DifferentiateByRates(const Eigen::Matrix3d& jr_inverse,
+                            Eigen::Matrix<double, 18, 36>* jacobian) const;
 
   Eigen::Matrix3d f_linear_, f_angular_;  // transitions
   Eigen::Matrix3d w_linear_, w_angular_;  // root informations

@@ -1,7 +1,6 @@
 #include "residuals/tag_reprojection_residual.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
 #include "frontend/types/so3.h"
 #include "residuals/pose_manifold.h"
@@ -15,18 +14,18 @@ TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observati
       camera_(camera),
       cam_from_body_rotation_(cam_from_body.rotation().toRotationMatrix()),
       body_in_cam_(cam_from_body.translation()) {
-  whitener_ = observation.covariance.inverse().llt().matrixU();
+  // Reversed, the Cholesky factor of the covariance is upper triangular, and so is its inverse.
+  const Eigen::LLT<Eigen::Matrix<double, 8, 8>> reversed(observation.covariance.reverse());
+  whitener_ = reversed.matrixL().solve(Eigen::Matrix<double, 8, 8>::Identity()).reverse().eval();
 }
 
-bool TagReprojectionResidual::Evaluate(double const* const* parameters, double* residuals,
-                                       double** jacobians) const {
+bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,
+                                        Eigen::Matrix<double, 8, 6>* jacobian) const {
   const Eigen::Matrix3d body_from_world_rotation =
-      Eigen::Map<const Eigen::Quaterniond>(parameters[0]).toRotationMatrix().transpose();
-  const Eigen::Map<const Eigen::Vector3d> body_in_world(parameters[0] + 4);
-  const bool wants_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
-
+      Eigen::Map<const Eigen::Quaterniond>(pose).toRotationMatrix().transpose();
+  const Eigen::Map<const Eigen::Vector3d> body_in_world(pose + 4);
   Eigen::Matrix<double, 8, 1> error;
-  Eigen::Matrix<double, 8, 6> d_error_d_tangent;
+  Eigen::Matrix<double, 8, 6> d_error;
   for (int i = 0; i < 4; ++i) {
     const auto c = static_cast<size_t>(i);
     const Eigen::Vector3d corner_in_body =
@@ -34,23 +33,33 @@ bool TagReprojectionResidual::Evaluate(double const* const* parameters, double* 
     const Eigen::Vector3d corner_in_cam = cam_from_body_rotation_ * corner_in_body + body_in_cam_;
     Eigen::Vector2d predicted;
     Eigen::Matrix<double, 2, 3> d_pixel_d_cam;
-    if (!camera_.Project(corner_in_cam, &predicted, wants_jacobian ? &d_pixel_d_cam : nullptr)) {
+    if (!camera_.Project(corner_in_cam, &predicted, jacobian ? &d_pixel_d_cam : nullptr)) {
       return false;
     }
     error.segment<2>(2 * i) = predicted - pixels_[c];
-    if (!wants_jacobian) continue;
-    Eigen::Matrix<double, 3, 6> d_body_d_tangent;  // tangent = [theta, rho], see pose.h
-    d_body_d_tangent << Hat(corner_in_body), -body_from_world_rotation;
-    d_error_d_tangent.middleRows<2>(2 * i) =
-        d_pixel_d_cam * cam_from_body_rotation_ * d_body_d_tangent;
+    if (jacobian == nullptr) continue;
+    const Eigen::Matrix<double, 2, 3> d_pixel_d_body = d_pixel_d_cam * cam_from_body_rotation_;
+    d_error.block<2, 3>(2 * i, 0) = d_pixel_d_body * Hat(corner_in_body);
+    d_error.block<2, 3>(2 * i, 3) = -d_pixel_d_body * body_from_world_rotation;
   }
-  Eigen::Map<Eigen::Matrix<double, 8, 1>>(residuals).noalias() = whitener_ * error;
-  if (!wants_jacobian) return true;
+  // Eigen's blocked products lose time on matrices this small.
+  *residual = whitener_.lazyProduct(error);
+  if (jacobian != nullptr) *jacobian = whitener_.lazyProduct(d_error);
+  return true;
+}
 
+bool TagReprojectionResidual::Evaluate(double const* const* parameters, double* residuals,
+                                       double** jacobians) const {
+  const bool wants_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
+  Eigen::Matrix<double, 8, 1> residual;
+  Eigen::Matrix<double, 8, 6> jacobian;
+  if (!Linearize(parameters[0], &residual, wants_jacobian ? &jacobian : nullptr)) return false;
+  Eigen::Map<Eigen::Matrix<double, 8, 1>>{residuals} = residual;
+  if (!wants_jacobian) return true;
   Eigen::Matrix<double, 6, 7, Eigen::RowMajor> lift;  // tangent -> ambient
   PoseManifold().MinusJacobian(parameters[0], lift.data());
   Eigen::Map<Eigen::Matrix<double, 8, 7, Eigen::RowMajor>>(jacobians[0]).noalias() =
-      whitener_ * (d_error_d_tangent * lift);
+      jacobian * lift;
   return true;
 }
 
