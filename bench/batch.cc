@@ -1,3 +1,5 @@
+#include "estimator/batch.h"
+
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 
@@ -10,7 +12,6 @@
 #include "bench/cpu_clock.h"
 #include "bench/flights.h"
 #include "bench/plain_ceres.h"
-#include "estimator/batch.h"
 #include "estimator/quantile.h"
 #include "estimator/seeding.h"
 #include "frontend/option_check.h"
@@ -126,8 +127,8 @@ void Print(const std::vector<Row>& rows, double reference_ms) {
 
 Status Measure() {
   const Config config = DefaultConfig();
-  const auto flight = MakeBenchRun(BenchGrid(FLAGS_corner_noise_px).front(), config,
-                                   FLAGS_duration, static_cast<uint64_t>(FLAGS_seed));
+  const auto flight = MakeBenchRun(BenchGrid(FLAGS_corner_noise_px).front(), config, FLAGS_duration,
+                                   static_cast<uint64_t>(FLAGS_seed));
   if (!flight) return flight.error();
   EstimatorOptions options = config.estimator;
   options.clock = "stamps";  // the simulator's stamps are exact
@@ -147,8 +148,8 @@ Status Measure() {
       SolveRow("tagtwist, same graph: solve + covariance", setup, constant_velocity->noise, *seeds),
       SolveRow("tagtwist, white jerk: solve + covariance", setup, learned->noise, *seeds),
       SeedsRow(setup, *flight),
-      BatchRow("tagtwist batch, all but files, noise given", setup,
-               Given(options, learned->noise), *flight),
+      BatchRow("tagtwist batch, all but files, noise given", setup, Given(options, learned->noise),
+               *flight),
       BatchRow("tagtwist batch, all but files, noise learned", setup, options, *flight)};
   for (int i = 0; i < FLAGS_repeat; ++i) {
     for (Row& row : rows) {
@@ -173,10 +174,10 @@ Usage BatchUsage() {
 }
 
 std::optional<std::string> FlagProblem() {
-  for (const auto& problem : {CheckRange("duration", FLAGS_duration, 1, 3600),
-                              CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 10),
-                              CheckRange("repeat", FLAGS_repeat, 1, 1000),
-                              CheckRange("seed", FLAGS_seed, 0, 1e9)}) {
+  for (const auto& problem :
+       {CheckRange("duration", FLAGS_duration, 1, 3600),
+        CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 10),
+        CheckRange("repeat", FLAGS_repeat, 1, 1000), CheckRange("seed", FLAGS_seed, 0, 1e9)}) {
     if (problem) return "--" + *problem;
   }
   return std::nullopt;

@@ -14,8 +14,8 @@ struct PlainCeresRun {
 
 /// The batch problem as one would write it down first: poses and twists, a residual block for every
 /// corner and every pair of neighbours (white noise on acceleration), all by automatic
-/// differentiation, Huber's loss, sparse Cholesky, Ceres' own tolerances. Refines the frames' states
-/// in place; no covariance.
+/// differentiation, Huber's loss, sparse Cholesky, Ceres' own tolerances. Refines the frames'
+/// states in place; no covariance.
 PlainCeresRun SolvePlainly(const EstimatorSetup& setup, const NoiseModel& noise, int threads,
                            std::vector<GraphFrame>* frames);
 

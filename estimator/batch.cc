@@ -14,11 +14,13 @@
 namespace tagtwist {
 namespace {
 
-Trajectory MakeTrajectory(const Solution& solution, const NoiseModel& noise) {
+// Takes the solution's place: of long recordings both would be a lot to hold.
+Trajectory MakeTrajectory(Solution solution, const NoiseModel& noise) {
   Trajectory out;
   out.linear = noise.linear;
   out.angular = noise.angular;
-  out.states = solution.graph.states;
+  out.states = std::move(solution.graph.states);
+  solution.graph = Graph();
   for (int k = 0; k < solution.covariance.size(); ++k) {
     out.covariances.push_back(solution.covariance.At(k, k));
     if (k + 1 < solution.covariance.size()) {
@@ -48,13 +50,13 @@ std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<G
   return state_of_frame;
 }
 
-// Frames with a state, and the segments counted in states.
+// Frames with a state, taken from `frames`, and the segments counted in states.
 GraphInput InputOfStates(const std::vector<int>& state_of_frame,
-                         const std::vector<GraphFrame>& frames,
-                         const std::vector<TrackSegment>& segments) {
+                         const std::vector<TrackSegment>& segments,
+                         std::vector<GraphFrame>* frames) {
   GraphInput input;
-  for (size_t i = 0; i < frames.size(); ++i) {
-    if (state_of_frame[i] >= 0) input.frames.push_back(frames[i]);
+  for (size_t i = 0; i < frames->size(); ++i) {
+    if (state_of_frame[i] >= 0) input.frames.push_back(std::move((*frames)[i]));
   }
   for (const TrackSegment& segment : segments) {
     const int state = state_of_frame[static_cast<size_t>(segment.first_frame)];
@@ -68,9 +70,11 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 // Of all states; calibrated where the prior's densities are learned.
 std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
                                               const Solution& solution) {
-  const PriorCalibration calibration = CalibratePrior(solution.graph);
-  const double power = MotionIsLearned(options) ? calibration.statistic.Power() : 1;
-  return Calibrated(power, calibration.of_prior, solution.covariance);
+  PriorCalibration calibration;
+  calibration.of_prior.assign(solution.graph.states.size(), StateCovariance::Zero());
+  if (!MotionIsLearned(options)) return Calibrated(1, calibration.of_prior, solution.covariance);
+  calibration = CalibratePrior(solution.graph);
+  return Calibrated(calibration.statistic.Power(), calibration.of_prior, solution.covariance);
 }
 
 // Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations
@@ -106,15 +110,16 @@ Result<Solution> BatchEstimator::SolveWithTrustedTags(const std::vector<int>& st
   const SolveOptions options{setup_.options.max_iterations};
   auto solution = SolveAndLearn(setup_, options, input, noise);
   if (!solution) return solution;
-  std::vector<std::vector<TagDetection>> seen;  // in each state
+  std::vector<const std::vector<TagDetection>*> seen;  // in each state
   for (size_t i = 0; i < state_of_frame.size(); ++i) {
-    if (state_of_frame[i] >= 0) seen.push_back(measurements_[i].tags);
+    if (state_of_frame[i] >= 0) seen.push_back(&measurements_[i].tags);
   }
   // What is left out may have misled a seed or hidden another fault: until nothing changes.
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool readmit = round == 0;
     if (!ReviseTags(setup_, *noise, solution->graph, seen, readmit, &input->frames)) break;
+    *solution = Solution();  // its memory is for the next
     solution = SolveAndLearn(setup_, options, input, noise);
     if (!solution) return solution;
   }
@@ -130,17 +135,17 @@ Result<BatchResult> BatchEstimator::Solve() const {
   if (clock) TakeAtTimes(clock->t_ns, &*seeds);
   out.noise = ChooseNoise(setup_, *seeds, out.noise);
   const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
-  GraphInput input = InputOfStates(state_of_frame, *seeds, segmenter_.segments());
+  GraphInput input = InputOfStates(state_of_frame, segmenter_.segments(), &*seeds);
   TrackTally tracks = TallyOf(input.segments);
-  const auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
+  auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 
   TagAudit audit;
-  out.trajectory = MakeTrajectory(*solution, out.noise);
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
+  out.trajectory = MakeTrajectory(std::move(*solution), out.noise);
   for (size_t i = 0; i < seeds->size(); ++i) {
     const int k = state_of_frame[i];
-    GraphFrame frame = k < 0 ? (*seeds)[i] : input.frames[static_cast<size_t>(k)];
+    GraphFrame frame = std::move(k < 0 ? (*seeds)[i] : input.frames[static_cast<size_t>(k)]);
     if (k < 0) frame.state = out.trajectory.At(frame.t_ns)->state;
     audit.Add(setup_, frame, measurements_[i].tags);
     StateAndCovariance at{frame.state, StateCovariance::Zero()};
@@ -155,7 +160,9 @@ Result<BatchResult> BatchEstimator::Solve() const {
       // A row says where the body was at its stamp.
       const StateCovariance calibration =
           k < 0 ? StateCovariance(StateCovariance::Zero())
-                : StateCovariance(at.covariance - BodyCovariance(solution->covariance, k));
+                : StateCovariance(
+                      at.covariance -
+                      out.trajectory.covariances[static_cast<size_t>(k)].topLeftCorner<12, 12>());
       at = *out.trajectory.At(measurements_[i].t_ns);
       at.covariance += calibration;
       if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);

@@ -60,19 +60,23 @@ double BlockBandedCholesky::LogDeterminant() const {
   return 2 * sum;
 }
 
-BlockBandedMatrix BlockBandedCholesky::SelectedInverse() const {
-  BlockBandedMatrix p(l_.size(), l_.bandwidth());
+// From the last column to the first: each needs its own part of L, and of the inverse what lies
+// beyond it, so that the inverse can take L's place.
+BlockBandedMatrix BlockBandedCholesky::Inverted() && {
+  BlockBandedMatrix p = std::move(l_);
   std::vector<Block, Eigen::aligned_allocator<Block>> g;  // L_kj L_jj^-1, k = j+1...
-  for (int j = l_.size() - 1; j >= 0; --j) {
-    const int last = LastRow(l_, j);
-    const auto diagonal = l_.At(j, j).triangularView<Eigen::Lower>();
+  for (int j = p.size() - 1; j >= 0; --j) {
+    const int last = LastRow(p, j);
+    const Block l_jj = p.At(j, j);
+    const auto diagonal = l_jj.triangularView<Eigen::Lower>();
     g.clear();
     for (int k = j + 1; k <= last; ++k) {
-      g.push_back(l_.At(k, j));
+      g.push_back(p.At(k, j));
       diagonal.solveInPlace<Eigen::OnTheRight>(g.back());
     }
     for (int i = j + 1; i <= last; ++i) {
       Block& p_ij = p.At(i, j);
+      p_ij.setZero();
       for (int k = j + 1; k <= last; ++k) {
         const Block& g_k = g[static_cast<size_t>(k - j - 1)];
         if (i >= k) {

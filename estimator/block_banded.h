@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/StdVector>
+#include <utility>
 #include <vector>
 
 namespace tagtwist {
@@ -46,9 +47,13 @@ class BlockBandedCholesky {
   /// log det H.
   double LogDeterminant() const;
   /// The blocks of H^-1 within the band: the selected inverse (Takahashi, Fagan and Chin 1973).
-  BlockBandedMatrix SelectedInverse() const;
+  /// That of a temporary takes the place of its factor.
+  BlockBandedMatrix SelectedInverse() const& { return BlockBandedCholesky(*this).Inverted(); }
+  BlockBandedMatrix SelectedInverse() && { return std::move(*this).Inverted(); }
 
  private:
+  BlockBandedMatrix Inverted() &&;
+
   BlockBandedMatrix l_;
   bool ok_ = true;
 };

@@ -53,10 +53,12 @@ std::vector<bool> MeasuredStates(const Graph& graph) {
 // Scale of the tags' chi-square that most of them show, robust: 1 where the noise model is right.
 double TypicalTagScale(const Graph& graph) {
   std::vector<double> norms;
-  LinearFactor linear;
+  Eigen::Matrix<double, 8, 1> residual;
   for (const Factor& factor : graph.factors) {
-    if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
-    norms.push_back(SquaredNorm(linear));
+    if (factor.kind != FactorKind::kTag) continue;
+    const auto& cost = static_cast<const TagReprojectionResidual&>(*factor.cost);
+    const double* pose = graph.Parameters(factor.blocks.front());
+    if (cost.Linearize(pose, &residual, nullptr)) norms.push_back(residual.squaredNorm());
   }
   return norms.empty() ? 1.0 : Median(&norms) / kMedianChi2Of8;
 }

@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "estimator/linear_system.h"
 #include "estimator/quantile.h"
@@ -58,6 +60,22 @@ Eigen::VectorXd Product(const BlockBandedMatrix& a, const Eigen::VectorXd& x) {
   return out;
 }
 
+// What is needed of an inverse; as a whole it is large, so that there should be one at a time.
+struct Inverse {
+  double trace = 0;  // tr(inverse motion)
+  std::vector<StateCovariance> states;
+};
+
+std::optional<Inverse> Invert(BlockBandedMatrix hessian, const BlockBandedMatrix& motion) {
+  BlockBandedCholesky cholesky(std::move(hessian));
+  if (!cholesky.ok()) return std::nullopt;
+  const BlockBandedMatrix p = std::move(cholesky).SelectedInverse();
+  Inverse out;
+  out.trace = TraceOfProduct(p, motion);
+  for (int k = 0; k < p.size(); ++k) out.states.push_back(p.At(k, k).topLeftCorner<12, 12>());
+  return out;
+}
+
 // Share of the prior in the state's information, in [0, 1].
 double PriorShare(const StateCovariance& of_prior, const StateCovariance& covariance) {
   return covariance.ldlt().solve(of_prior).trace() / static_cast<double>(covariance.rows());
@@ -91,29 +109,29 @@ double PowerStatistic::Power() const {
 
 PriorCalibration CalibratePrior(const Graph& graph) {
   PriorCalibration out;
-  const LinearSystem total = Linearize(graph);
-  const LinearSystem motion = Linearize(graph, MotionFactors(graph));
-  const BlockBandedCholesky middle(total.hessian);
-  const BlockBandedCholesky stiff(Sum(total.hessian, motion.hessian, std::exp(kStep) - 1));
-  const BlockBandedCholesky loose(Sum(total.hessian, motion.hessian, std::exp(-kStep) - 1));
   const size_t size = graph.states.size();
   out.of_prior.assign(size, StateCovariance::Zero());
-  if (size < 2 || !middle.ok() || !stiff.ok() || !loose.ok()) return out;
-
-  const BlockBandedMatrix p_loose = loose.SelectedInverse(), p_stiff = stiff.SelectedInverse();
+  if (size < 2) return out;
+  LinearSystem total = Linearize(graph);
+  const LinearSystem motion = Linearize(graph, MotionFactors(graph));
+  const auto inverse_at = [&](double log_scale) {
+    return Invert(Sum(total.hessian, motion.hessian, std::exp(log_scale) - 1), motion.hessian);
+  };
+  const auto stiff = inverse_at(kStep), loose = inverse_at(-kStep);
+  BlockBandedCholesky middle(std::move(total.hessian));
+  if (!stiff || !loose || !middle.ok()) return out;
   for (size_t i = 0; i < size; ++i) {
-    const int k = static_cast<int>(i);
-    out.of_prior[i] = (p_loose.At(k, k) - p_stiff.At(k, k)).topLeftCorner<12, 12>() / (2 * kStep);
+    out.of_prior[i] = (loose->states[i] - stiff->states[i]) / (2 * kStep);
   }
-  const double trace = TraceOfProduct(middle.SelectedInverse(), motion.hessian);
-  const double trace_loose = std::exp(-kStep) * TraceOfProduct(p_loose, motion.hessian);
-  const double trace_stiff = std::exp(kStep) * TraceOfProduct(p_stiff, motion.hessian);
-  out.statistic.under_prior = (trace_stiff - trace_loose) / (2 * kStep);
-  const double slope = -(trace_loose - 2 * trace + trace_stiff) / (kStep * kStep);
-  out.statistic.noise_alone = (out.statistic.under_prior + slope) / 2;
   const Eigen::VectorXd gradient =
       motion.gradient - Product(motion.hessian, middle.Solve(total.gradient));
   out.statistic.found = gradient.dot(middle.Solve(gradient));
+  const double trace = TraceOfProduct(std::move(middle).SelectedInverse(), motion.hessian);
+  const double trace_loose = std::exp(-kStep) * loose->trace;
+  const double trace_stiff = std::exp(kStep) * stiff->trace;
+  out.statistic.under_prior = (trace_stiff - trace_loose) / (2 * kStep);
+  const double slope = -(trace_loose - 2 * trace + trace_stiff) / (kStep * kStep);
+  out.statistic.noise_alone = (out.statistic.under_prior + slope) / 2;
   return out;
 }
 

@@ -47,15 +47,15 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
                                 const GraphInput& input, const SolveOptions& options) {
   Solution out;
   out.graph = BuildGraph(setup, noise, input);
-  const BandedSolution solved = SolveGraph(options, &out.graph);
+  BandedSolution solved = SolveGraph(options, &out.graph);
   if (!solved.summary.usable) {
     return Error{"the solver found no solution: " + solved.summary.message};
   }
-  const BlockBandedCholesky& cholesky = *solved.normal_equations;
+  BlockBandedCholesky& cholesky = *solved.normal_equations;
   if (!cholesky.ok()) return Error{"the normal equations are not positive definite"};
   out.cost = solved.summary.final_cost;
-  out.covariance = cholesky.SelectedInverse();
   out.log_likelihood = LogDetInformation(out.graph) - out.cost - 0.5 * cholesky.LogDeterminant();
+  out.covariance = std::move(cholesky).SelectedInverse();
   return out;
 }
 

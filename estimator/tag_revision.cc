@@ -16,13 +16,19 @@ bool Holds(const std::vector<TagDetection>& tags, int id) {
                      [id](const TagDetection& tag) { return tag.id == id; });
 }
 
+std::set<int> IdsOf(const std::vector<TagDetection>& tags) {
+  std::set<int> out;
+  for (const TagDetection& tag : tags) out.insert(tag.id);
+  return out;
+}
+
 // Ids of tags that most of the frames that show them do without.
-std::set<int> UnreliableTags(const std::vector<std::vector<TagDetection>>& seen,
+std::set<int> UnreliableTags(const std::vector<const std::vector<TagDetection>*>& seen,
                              const std::vector<GraphFrame>& frames) {
   constexpr int kLeastFrames = 5;
   std::map<int, std::pair<int, int>> seen_and_used;  // frames, by id
   for (size_t i = 0; i < frames.size(); ++i) {
-    for (const TagDetection& tag : seen[i]) ++seen_and_used[tag.id].first;
+    for (const TagDetection& tag : *seen[i]) ++seen_and_used[tag.id].first;
     for (const TagDetection& tag : frames[i].tags) ++seen_and_used[tag.id].second;
   }
   std::set<int> out;
@@ -51,9 +57,10 @@ bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const Body
 }
 
 bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Graph& graph,
-                const std::vector<std::vector<TagDetection>>& seen, bool readmit,
+                const std::vector<const std::vector<TagDetection>*>& seen, bool readmit,
                 std::vector<GraphFrame>* frames) {
-  const std::vector<GraphFrame> before = *frames;
+  std::vector<std::set<int>> before;
+  for (const GraphFrame& frame : *frames) before.push_back(IdsOf(frame.tags));
   const std::vector<TagRef> contradicted = ContradictedTags(graph);
   DropTags(contradicted, frames);
   bool changed = !contradicted.empty();
@@ -61,9 +68,9 @@ bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Grap
   for (size_t i = 0; i < frames->size(); ++i) {
     GraphFrame& frame = (*frames)[i];
     std::vector<TagDetection> kept;
-    for (const TagDetection& tag : seen[i]) {
+    for (const TagDetection& tag : *seen[i]) {
       const bool again =
-          readmit && !Holds(before[i].tags, tag.id) && AgreesWith(setup, noise, frame.state, tag);
+          readmit && before[i].count(tag.id) == 0 && AgreesWith(setup, noise, frame.state, tag);
       if (unreliable.count(tag.id) == 0 && (again || Holds(frame.tags, tag.id))) {
         kept.push_back(tag);
         changed = changed || again;

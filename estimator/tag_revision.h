@@ -14,7 +14,7 @@ bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const Body
 /// what the seeds left out and the solution agrees with. `seen`: all tags of each frame; `frames`:
 /// states of the solution with the tags it was made with. True when anything changed.
 bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Graph& graph,
-                const std::vector<std::vector<TagDetection>>& seen, bool readmit,
+                const std::vector<const std::vector<TagDetection>*>& seen, bool readmit,
                 std::vector<GraphFrame>* frames);
 
 }  // namespace tagtwist

@@ -14,6 +14,11 @@ TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observati
       camera_(camera),
       cam_from_body_rotation_(cam_from_body.rotation().toRotationMatrix()),
       body_in_cam_(cam_from_body.translation()) {
+  is_diagonal_ = observation.covariance.isDiagonal(0);
+  if (is_diagonal_) {
+    whitener_ = observation.covariance.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
+    return;
+  }
   // Reversed, the Cholesky factor of the covariance is upper triangular, and so is its inverse.
   const Eigen::LLT<Eigen::Matrix<double, 8, 8>> reversed(observation.covariance.reverse());
   whitener_ = reversed.matrixL().solve(Eigen::Matrix<double, 8, 8>::Identity()).reverse().eval();
@@ -41,6 +46,11 @@ bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double
     const Eigen::Matrix<double, 2, 3> d_pixel_d_body = d_pixel_d_cam * cam_from_body_rotation_;
     d_error.block<2, 3>(2 * i, 0) = d_pixel_d_body * Hat(corner_in_body);
     d_error.block<2, 3>(2 * i, 3) = -d_pixel_d_body * body_from_world_rotation;
+  }
+  if (is_diagonal_) {
+    *residual = whitener_.diagonal().cwiseProduct(error);
+    if (jacobian != nullptr) *jacobian = whitener_.diagonal().asDiagonal() * d_error;
+    return true;
   }
   // Eigen's blocked products lose time on matrices this small.
   *residual = whitener_.lazyProduct(error);

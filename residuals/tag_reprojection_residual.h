@@ -40,6 +40,7 @@ class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
   std::array<Eigen::Vector3d, 4> corners_in_world_;
   std::array<Eigen::Vector2d, 4> pixels_;
   Eigen::Matrix<double, 8, 8> whitener_;
+  bool is_diagonal_ = false;  // as where the corners have no covariance of their own
   Camera camera_;
   Eigen::Matrix3d cam_from_body_rotation_;
   Eigen::Vector3d body_in_cam_;
