@@ -235,6 +235,11 @@ bool MotionIsLearned(const EstimatorOptions& options) {
          !IsGiven(options.angular_accel_psd, options.angular_jerk_psd);
 }
 
+bool AnyNoiseIsOpen(const EstimatorOptions& options) {
+  return !options.corner_sigma_px || !IsGiven(options.accel_psd, options.jerk_psd) ||
+         !IsGiven(options.angular_accel_psd, options.angular_jerk_psd);
+}
+
 NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open) {
   NoiseModel noise;
   noise.corner_sigma_px = options.corner_sigma_px.value_or(noise.corner_sigma_px);

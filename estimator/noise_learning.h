@@ -45,6 +45,9 @@ bool MotionPriorIsOpen(const EstimatorOptions& options);
 /// Whether both densities of the motion prior are learned.
 bool MotionIsLearned(const EstimatorOptions& options);
 
+/// Whether the options leave any noise to be learned where there are no tracks.
+bool AnyNoiseIsOpen(const EstimatorOptions& options);
+
 /// Noise to begin with: given values, defaults elsewhere; source "default" or "given". Where the
 /// options leave the motion prior open it is `open`.
 NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open = WhiteNoiseOn::kJerk);

@@ -67,7 +67,8 @@ Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& 
   coarse.function_tolerance = std::max(options.function_tolerance, 1e-4);
   const StateRange all{0, static_cast<int>(input->frames.size())};
   NoiseExtrapolation extrapolation;
-  double change = 1;
+  // Segments may have to go even where all noise is given.
+  double change = AnyNoiseIsOpen(setup.options) || !input->segments.empty() ? 1 : 0;
   for (int round = 0; round < kMaxRounds && change >= kSettled; ++round) {
     const auto solution = SolveAndInvert(setup, *noise, *input, coarse);
     if (!solution) return solution;
