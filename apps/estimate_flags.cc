@@ -3,6 +3,7 @@
 #include <gflags/gflags.h>
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include "apps/config_flags.h"
@@ -31,6 +32,11 @@ DEFINE_string(detection, "auto",
               "How tags are found: full: each image is searched; guided (window): each tag is "
               "fitted where the window predicts it, images are searched at the start, after loss "
               "and part by part now and then; auto: guided in the window, else full.");
+DEFINE_string(stream, "",
+              "Each frame's row of states.csv as soon as it is known (window): to a file, a FIFO, "
+              "or, -, to standard output, which then has nothing else.");
+DEFINE_int32(max_frames, 0, "Ends after so many frames; 0: all.");
+DEFINE_double(duration, 0, "Ends so long after the first frame [s]; 0: all.");
 DEFINE_bool(tracks, true,
             "Points followed through the images help where tags are few. With --use_detections "
             "and without tracks no image is read.");
@@ -69,6 +75,22 @@ Status Override(const char* flag, double value, std::optional<double>* out) {
   return Ok();
 }
 
+Status StreamAndLimitsFromFlags(RunOptions* run) {
+  if (!FLAGS_stream.empty() && !FLAGS_sliding_window) {
+    return Error{"--stream: needs --sliding_window"};
+  }
+  if (FLAGS_max_frames < 0) {
+    return Error{"--max_frames: expected >= 0, got " + std::to_string(FLAGS_max_frames)};
+  }
+  if (!(FLAGS_duration >= 0 && FLAGS_duration <= 1e9)) {
+    return Error{"--duration: expected 0 to 1e9, got " + std::to_string(FLAGS_duration)};
+  }
+  run->stream = FLAGS_stream;
+  if (FLAGS_max_frames > 0) run->max_frames = static_cast<size_t>(FLAGS_max_frames);
+  if (FLAGS_duration > 0) run->duration_ns = std::llround(1e9 * FLAGS_duration);
+  return Ok();
+}
+
 Result<DetectionMode> DetectionFromFlags() {
   if (FLAGS_detection == "auto") return DetectionMode::kAuto;
   if (FLAGS_detection == "full") return DetectionMode::kFull;
@@ -91,16 +113,17 @@ Usage EstimateUsage() {
       "its covariance, and compares the closed form with the optimised trajectory. Writes\n"
       "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
       "browser).";
-  usage.groups = {{"What to read", {"dataset", "ground_truth", "use_detections"}},
-                  ConfigFlags(),
-                  {"What to write", {"output", "write_covariance"}},
-                  {"How to estimate",
-                   {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window",
-                    "window_frames", "detection", "tracks", "clock"}},
-                  {"Noise (learned from the data unless given)",
-                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd",
-                    "angular_accel_psd", "jerk_psd", "angular_jerk_psd"}},
-                  {"Running", {"threads"}}};
+  usage.groups = {
+      {"What to read", {"dataset", "ground_truth", "use_detections", "max_frames", "duration"}},
+      ConfigFlags(),
+      {"What to write", {"output", "write_covariance", "stream"}},
+      {"How to estimate",
+       {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
+        "detection", "tracks", "clock"}},
+      {"Noise (learned from the data unless given)",
+       {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
+        "jerk_psd", "angular_jerk_psd"}},
+      {"Running", {"threads"}}};
   return usage;
 }
 
@@ -131,6 +154,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   auto detection = DetectionFromFlags();
   if (!detection) return detection.error();
   job.run.detection = *detection;
+  if (const auto fine = StreamAndLimitsFromFlags(&job.run); !fine) return fine.error();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   job.run.threads = FLAGS_threads > 0 ? FLAGS_threads : cores;
   return job;

@@ -1,11 +1,14 @@
 #include "apps/run_estimate.h"
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "apps/measurement_stream.h"
 #include "apps/progress.h"
+#include "apps/state_stream.h"
 #include "apps/stopwatch.h"
 #include "estimator/batch.h"
 #include "estimator/online.h"
@@ -31,18 +34,22 @@ struct ImageProblems {
 
 // Feeds every frame of the recording to `add`; the stage times and warnings go to `estimate`.
 template <typename AddFrame>
-Status ForEachFrame(const std::string& dataset, DataSource* source,
+Status ForEachFrame(const std::string& dataset, DataSource* source, const RunOptions& options,
                     Result<MeasurementStream> stream, Estimate* estimate, AddFrame&& add) {
   if (!stream) return stream.error();
   Progress progress("estimating", source->stamps_ns().size());
   ImageProblems problems;
   size_t n_frames = 0;
   bool has_tags = false;
-  while (true) {
+  std::optional<int64_t> first_ns;
+  while (n_frames < options.max_frames) {
     auto next = stream->Next();
     if (!next) return next.error();
     if (!*next) break;
     MeasuredFrame& frame = **next;
+    const int64_t t_ns = frame.measurements.t_ns;
+    if (!first_ns) first_ns = t_ns;
+    if (t_ns - *first_ns > options.duration_ns) break;
     StageTimes& times = estimate->times;
     times.detect_ms.push_back(frame.detect_ms);
     times.track_ms.push_back(frame.track_ms);
@@ -70,7 +77,7 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
   estimate.mode = "batch";
   BatchEstimator batch(setup);
   const auto read = ForEachFrame(
-      dataset, source,
+      dataset, source, options,
       MeasurementStream::Create(source, config, options.use_detections, options.threads), &estimate,
       [&](FrameMeasurements measurements) {
         batch.Add(std::move(measurements));
@@ -98,12 +105,19 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   Estimate estimate;
   estimate.mode = "sliding_window";
   SlidingWindow window(setup);
+  std::unique_ptr<StateStream> stream;
+  if (!options.stream.empty()) {
+    auto opened = StateStream::Open(options.stream);
+    if (!opened) return opened.error();
+    stream = std::move(*opened);
+  }
   const auto add = [&](const FrameMeasurements& measurements) -> Status {
     const Stopwatch watch;
     auto output = window.Add(measurements);
     if (!output) return output.error();
     estimate.times.optimise_ms.push_back(watch.ElapsedMs());
     estimate.times.frame_ms.back() += watch.ElapsedMs();
+    if (stream) stream->Write(output->current);
     for (FrameEstimate& left : output->lagged) estimate.lagged.push_back(std::move(left));
     estimate.frames.push_back(std::move(output->current));
     estimate.reprojection_px.insert(estimate.reprojection_px.end(), output->reprojection_px.begin(),
@@ -112,7 +126,7 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   };
   const auto predict = [&](int64_t t_ns) { return PredictPose(window, t_ns); };
   const auto read = ForEachFrame(
-      dataset, source,
+      dataset, source, options,
       IsGuided(config, options)
           ? MeasurementStream::CreateGuided(source, config, predict)
           : MeasurementStream::Create(source, config, options.use_detections, options.threads),
@@ -120,6 +134,7 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   if (!read) return read.error();
   for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
   estimate.noise = window.noise();
+  if (stream && !stream->problem().empty()) estimate.warnings.push_back(stream->problem());
   for (std::string& warning : window.Warnings()) estimate.warnings.push_back(std::move(warning));
   return estimate;
 }

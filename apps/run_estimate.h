@@ -1,4 +1,8 @@
 #pragma once
+#include <cstdint>
+#include <limits>
+#include <string>
+
 #include "estimator/config.h"
 #include "estimator/estimate.h"
 #include "frontend/data_source.h"
@@ -14,6 +18,9 @@ struct RunOptions {
   DetectionMode detection = DetectionMode::kAuto;
   bool sliding_window = false;
   bool use_detections = false;
+  std::string stream;  // --stream; empty: none
+  size_t max_frames = std::numeric_limits<size_t>::max();
+  int64_t duration_ns = std::numeric_limits<int64_t>::max();  // from the first frame's stamp
   int threads = 1;  // >= 1; the result does not depend on it
 };
 

@@ -33,6 +33,9 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
   return options;
 }
 
+// Where figures are told: rows have standard output to themselves.
+std::ostream& Told(const EstimateJob& job) { return job.run.stream == "-" ? std::cerr : std::cout; }
+
 // The refined set-up, told on standard output.
 Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
                                    const std::vector<TruthSample>& truth) {
@@ -40,8 +43,8 @@ Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
   if (!source) return source.error();
   auto calibration = CalibrateRecording(job.dataset, source->get(), config, job.run, truth);
   if (!calibration) return calibration;
-  for (const std::string& line : CalibrationText(*calibration)) std::cout << line << "\n";
-  std::cout << "\n";
+  for (const std::string& line : CalibrationText(*calibration)) Told(job) << line << "\n";
+  Told(job) << "\n";
   return calibration;
 }
 
@@ -113,7 +116,7 @@ Status Run(const EstimateJob& job, Config config) {
   context.write_covariance = job.write_covariance;
   context.facts = {job.dataset, 1e-3 * watch.ElapsedMs(), PeakRssMib()};
   if (const auto written = WriteResults(job.output, *estimate, context); !written) return written;
-  std::cout << FormatComparisonTable(context.rows) << "\nreport: " << job.output
+  Told(job) << FormatComparisonTable(context.rows) << "\nreport: " << job.output
             << "/report.html\n";
   return Ok();
 }

@@ -72,6 +72,14 @@ void AppendRow(std::string* out, const FrameEstimate& f) {
 
 }  // namespace
 
+std::string StatesCsvHeader() { return kStatesHeader; }
+
+std::string FormatStatesRow(const FrameEstimate& frame) {
+  std::string out;
+  AppendRow(&out, frame);
+  return out;
+}
+
 std::string FormatStatesCsv(const std::vector<FrameEstimate>& frames) {
   std::string out = kStatesHeader;
   out.reserve(out.size() + 640 * frames.size());

@@ -13,6 +13,9 @@ namespace tagtwist {
 /// are empty where there is nothing: the state of a frame without one, the closed form where it has
 /// no answer. Quaternions have qw >= 0.
 std::string FormatStatesCsv(const std::vector<FrameEstimate>& frames);
+/// Its lines one by one, each with its end.
+std::string StatesCsvHeader();
+std::string FormatStatesRow(const FrameEstimate& frame);
 
 /// covariance.csv: t and the upper triangle of the covariance of the error state
 /// [theta, p, v_world, omega_body], row by row; columns rx_rx, rx_ry, ... wz_wz. Frames without a
