@@ -10,7 +10,8 @@
 
 DEFINE_string(dataset, "",
               "Recording: a video, a course .mat, an EuRoC/ASL folder, a plain folder "
-              "(timestamps.csv and images), or a folder of images with stamps for names. Needed.");
+              "(timestamps.csv and images), or a folder of images with stamps for names; or "
+              "camera:0, camera:/dev/video0, camera:URL (window). Needed.");
 DEFINE_string(ground_truth, "",
               "Poses to compare with: CSV, TUM, EuRoC or a course .mat. The recording's own where "
               "it has any.");
@@ -32,9 +33,16 @@ DEFINE_string(detection, "auto",
               "How tags are found: full: each image is searched; guided (window): each tag is "
               "fitted where the window predicts it, images are searched at the start, after loss "
               "and part by part now and then; auto: guided in the window, else full.");
+DEFINE_bool(
+    realtime, false,
+    "The recording is played as if live: frames come when their stamps say, and are dropped "
+    "where the estimate cannot keep up (window).");
 DEFINE_string(stream, "",
               "Each frame's row of states.csv as soon as it is known (window): to a file, a FIFO, "
               "or, -, to standard output, which then has nothing else.");
+DEFINE_double(deadline_ms, 0,
+              "Time for a frame from when it is taken up [ms] (window, not --detection full): when "
+              "it nears, what is known by then is the answer; 0: none.");
 DEFINE_int32(max_frames, 0, "Ends after so many frames; 0: all.");
 DEFINE_double(duration, 0, "Ends so long after the first frame [s]; 0: all.");
 DEFINE_bool(tracks, true,
@@ -75,6 +83,21 @@ Status Override(const char* flag, double value, std::optional<double>* out) {
   return Ok();
 }
 
+Status LiveFromFlags(EstimateJob* job) {
+  const bool is_camera = IsCamera(FLAGS_dataset);
+  const std::string flag = is_camera ? "--dataset: a camera" : "--realtime:";
+  job->realtime = FLAGS_realtime;
+  if (!is_camera && !FLAGS_realtime) return Ok();
+  if (!FLAGS_sliding_window) return Error{flag + " needs --sliding_window"};
+  if (FLAGS_calibrate) return Error{flag + " excludes --calibrate"};
+  if (FLAGS_map_unknown_tags) return Error{flag + " excludes --map_unknown_tags"};
+  if (!is_camera) return Ok();
+  if (FLAGS_realtime) return Error{flag + " excludes --realtime"};
+  if (FLAGS_use_detections) return Error{flag + " excludes --use_detections"};
+  if (!FLAGS_ground_truth.empty()) return Error{flag + " excludes --ground_truth"};
+  return Ok();
+}
+
 Status StreamAndLimitsFromFlags(RunOptions* run) {
   if (!FLAGS_stream.empty() && !FLAGS_sliding_window) {
     return Error{"--stream: needs --sliding_window"};
@@ -85,6 +108,16 @@ Status StreamAndLimitsFromFlags(RunOptions* run) {
   if (!(FLAGS_duration >= 0 && FLAGS_duration <= 1e9)) {
     return Error{"--duration: expected 0 to 1e9, got " + std::to_string(FLAGS_duration)};
   }
+  if (!(FLAGS_deadline_ms >= 0 && FLAGS_deadline_ms <= 1e6)) {
+    return Error{"--deadline_ms: expected 0 to 1e6, got " + std::to_string(FLAGS_deadline_ms)};
+  }
+  if (FLAGS_deadline_ms > 0 && !FLAGS_sliding_window) {
+    return Error{"--deadline_ms: needs --sliding_window"};
+  }
+  if (FLAGS_deadline_ms > 0 && FLAGS_detection == "full") {
+    return Error{"--deadline_ms: excludes --detection full"};
+  }
+  if (FLAGS_deadline_ms > 0) run->deadline_ms = FLAGS_deadline_ms;
   run->stream = FLAGS_stream;
   if (FLAGS_max_frames > 0) run->max_frames = static_cast<size_t>(FLAGS_max_frames);
   if (FLAGS_duration > 0) run->duration_ns = std::llround(1e9 * FLAGS_duration);
@@ -114,12 +147,13 @@ Usage EstimateUsage() {
       "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
       "browser).";
   usage.groups = {
-      {"What to read", {"dataset", "ground_truth", "use_detections", "max_frames", "duration"}},
+      {"What to read",
+       {"dataset", "ground_truth", "use_detections", "realtime", "max_frames", "duration"}},
       ConfigFlags(),
       {"What to write", {"output", "write_covariance", "stream"}},
       {"How to estimate",
        {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
-        "detection", "tracks", "clock"}},
+        "deadline_ms", "detection", "tracks", "clock"}},
       {"Noise (learned from the data unless given)",
        {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
         "jerk_psd", "angular_jerk_psd"}},
@@ -154,6 +188,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   auto detection = DetectionFromFlags();
   if (!detection) return detection.error();
   job.run.detection = *detection;
+  if (const auto fine = LiveFromFlags(&job); !fine) return fine.error();
   if (const auto fine = StreamAndLimitsFromFlags(&job.run); !fine) return fine.error();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   job.run.threads = FLAGS_threads > 0 ? FLAGS_threads : cores;

@@ -16,6 +16,7 @@ struct EstimateJob {
   bool calibrate = false;
   bool map_unknown_tags = false;
   double unknown_tag_size_m = 0;  // 0: that of the map's tags
+  bool realtime = false;
   RunOptions run;
 };
 

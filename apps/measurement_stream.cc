@@ -94,6 +94,7 @@ Status MeasurementStream::FillQueue() {
 Result<std::optional<MeasurementStream::Detected>> MeasurementStream::NextDetected() {
   if (const auto filled = FillQueue(); !filled) return filled.error();
   if (queue_.empty()) return std::optional<Detected>();
+  if (deadline_ != nullptr) deadline_->Start();
   std::optional<Detected> out = queue_.front().get();
   queue_.pop_front();
   return out;
@@ -103,9 +104,12 @@ Result<std::optional<MeasurementStream::Detected>> MeasurementStream::NextGuided
   auto frame = NextFrame();
   if (!frame) return frame.error();
   if (!*frame) return std::optional<Detected>();
+  if (deadline_ != nullptr) deadline_->Start();
   const Stopwatch watch;
   Detected out;
-  out.tags = follower_->Find((*frame)->image, predict_((*frame)->t_ns));
+  out.tags = follower_->Find((*frame)->image, predict_((*frame)->t_ns),
+                             deadline_ != nullptr ? deadline_->ForDetection() : TimeUp());
+  out.cut_short = follower_->was_cut_short();
   out.frame = std::move(**frame);
   out.detect_ms = watch.ElapsedMs();
   return std::optional<Detected>(std::move(out));
@@ -124,7 +128,10 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   const Stopwatch track_watch;
   out.measurements.t_ns = frame.t_ns;
   out.measurements.tags = detected.tags;
-  out.measurements.tracks = front_end_.Track(detected.tags, frame.image);
+  // Tracks end where there is no time for them.
+  const bool hurry = deadline_ != nullptr && IsUp(deadline_->ForDetection());
+  out.measurements.tracks = front_end_.Track(detected.tags, hurry ? cv::Mat() : frame.image);
+  out.measurements.cut_short = detected.cut_short || (hurry && !frame.image.empty());
   out.track_ms = track_watch.ElapsedMs();
   const Stopwatch seed_watch;
   out.measurements.closed_form =

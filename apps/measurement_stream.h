@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/frame_deadline.h"
 #include "estimator/config.h"
 #include "frontend/corner_refiner.h"
 #include "frontend/data_source.h"
@@ -35,6 +36,9 @@ class MeasurementStream {
   static Result<MeasurementStream> CreateGuided(DataSource* source, const Config& config,
                                                 PosePredictor predict);
 
+  /// Frames are measured under this deadline from now on; it must outlive the stream.
+  void SetDeadline(FrameDeadline* deadline) { deadline_ = deadline; }
+
   /// The next frame, nullopt at the end.
   Result<std::optional<MeasuredFrame>> Next();
 
@@ -43,6 +47,7 @@ class MeasurementStream {
     Frame frame;
     std::vector<TagDetection> tags;
     double detect_ms = 0;
+    bool cut_short = false;
   };
   using Pending = std::future<Detected>;
 
@@ -69,6 +74,7 @@ class MeasurementStream {
   bool at_end_ = false;
   std::optional<TagFollower> follower_;  // guided
   PosePredictor predict_;                // likewise
+  FrameDeadline* deadline_ = nullptr;    // none
   FrontEnd front_end_;
   std::deque<Pending> queue_;  // last member: tasks end before what they read
 };

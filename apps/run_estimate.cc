@@ -104,7 +104,11 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
                              const EstimatorSetup& setup, const RunOptions& options) {
   Estimate estimate;
   estimate.mode = "sliding_window";
+  if (options.age_ms) estimate.live.emplace();
   SlidingWindow window(setup);
+  std::optional<FrameDeadline> deadline;
+  if (options.deadline_ms) deadline.emplace(*options.deadline_ms);
+  estimate.deadline_ms = options.deadline_ms;
   std::unique_ptr<StateStream> stream;
   if (!options.stream.empty()) {
     auto opened = StateStream::Open(options.stream);
@@ -113,10 +117,11 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   }
   const auto add = [&](const FrameMeasurements& measurements) -> Status {
     const Stopwatch watch;
-    auto output = window.Add(measurements);
+    auto output = window.Add(measurements, deadline ? deadline->ForSolve() : TimeUp());
     if (!output) return output.error();
     estimate.times.optimise_ms.push_back(watch.ElapsedMs());
     estimate.times.frame_ms.back() += watch.ElapsedMs();
+    if (options.age_ms) estimate.live->latency_ms.push_back(options.age_ms(measurements.t_ns));
     if (stream) stream->Write(output->current);
     for (FrameEstimate& left : output->lagged) estimate.lagged.push_back(std::move(left));
     estimate.frames.push_back(std::move(output->current));
@@ -125,12 +130,12 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
     return Ok();
   };
   const auto predict = [&](int64_t t_ns) { return PredictPose(window, t_ns); };
-  const auto read = ForEachFrame(
-      dataset, source, options,
+  auto measured =
       IsGuided(config, options)
           ? MeasurementStream::CreateGuided(source, config, predict)
-          : MeasurementStream::Create(source, config, options.use_detections, options.threads),
-      &estimate, add);
+          : MeasurementStream::Create(source, config, options.use_detections, options.threads);
+  if (measured && deadline) measured->SetDeadline(&*deadline);
+  const auto read = ForEachFrame(dataset, source, options, std::move(measured), &estimate, add);
   if (!read) return read.error();
   for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
   estimate.noise = window.noise();

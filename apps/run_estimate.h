@@ -1,6 +1,8 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "estimator/config.h"
@@ -21,6 +23,9 @@ struct RunOptions {
   std::string stream;  // --stream; empty: none
   size_t max_frames = std::numeric_limits<size_t>::max();
   int64_t duration_ns = std::numeric_limits<int64_t>::max();  // from the first frame's stamp
+  std::optional<double> deadline_ms;                          // of a frame, window mode
+  /// Live: milliseconds since the moment of a stamp.
+  std::function<double(int64_t t_ns)> age_ms;
   int threads = 1;  // >= 1; the result does not depend on it
 };
 

@@ -9,10 +9,14 @@
 
 #include "apps/calibrate_recording.h"
 #include "apps/estimate_flags.h"
+#include "apps/interrupt.h"
+#include "apps/live_feed.h"
 #include "apps/map_recording.h"
 #include "apps/stopwatch.h"
 #include "estimator/calibration_text.h"
+#include "estimator/format_text.h"
 #include "estimator/gyro_alignment.h"
+#include "estimator/quantile.h"
 #include "estimator/result_writer.h"
 #include "frontend/ground_truth_io.h"
 
@@ -54,14 +58,14 @@ Result<Mapping> MapFirst(const EstimateJob& job, const Config& config) {
   mapping_job.mapping.tag_size_m = job.unknown_tag_size_m;
   auto mapping = MapUnknownTags(mapping_job, config);
   if (!mapping) return mapping;
-  std::cout << mapping->map.tags().size() - config.map.tags().size() << " tags added to the map, "
+  Told(job) << mapping->map.tags().size() - config.map.tags().size() << " tags added to the map, "
             << mapping->left_out.size() << " seen and not placed\n\n";
   return mapping;
 }
 
 // Mount and clock of a gyro that the recording has, told on standard output.
-std::optional<GyroAlignment> AlignGyroTo(const Estimate& estimate, const Config& config,
-                                         const std::vector<ImuSample>& imu) {
+std::optional<GyroAlignment> AlignGyroTo(const EstimateJob& job, const Estimate& estimate,
+                                         const Config& config, const std::vector<ImuSample>& imu) {
   std::vector<TimedRotation> camera;
   const Eigen::Quaterniond body_from_cam = config.cam_from_body.rotation().conjugate();
   for (const FrameEstimate& frame : estimate.frames) {
@@ -69,8 +73,34 @@ std::optional<GyroAlignment> AlignGyroTo(const Estimate& estimate, const Config&
     camera.push_back({frame.t_ns, frame.state.world_from_body.rotation() * body_from_cam});
   }
   const auto gyro = AlignGyro(camera, imu);
-  std::cout << (gyro ? GyroText(*gyro) : gyro.error().message) << "\n\n";
+  Told(job) << (gyro ? GyroText(*gyro) : gyro.error().message) << "\n\n";
   return gyro ? std::optional<GyroAlignment>(*gyro) : std::nullopt;
+}
+
+Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config) {
+  return IsCamera(job.dataset) ? OpenCameraSource(job.dataset, config.camera, SteadyNowNs)
+                               : OpenDataSource(job.dataset, SourceOptions(job, config));
+}
+
+// Puts the feed in the source's place.
+LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source,
+                   RunOptions* options) {
+  LiveFeed::Options feed_options;
+  feed_options.paced = job.realtime;
+  feed_options.stop = CatchInterrupts();
+  auto made = std::make_unique<LiveFeed>(std::move(*source), feed_options);
+  LiveFeed* const feed = made.get();
+  *source = std::move(made);
+  options->threads = 1;  // frames that are measured ahead would be waited for
+  options->age_ms = [feed](int64_t t_ns) { return feed->AgeMs(t_ns); };
+  return feed;
+}
+
+std::string LiveText(const Estimate& estimate) {
+  const LiveRun& live = *estimate.live;
+  return Format("live: %zu frames, %zu dropped; latency %.1f ms (p99 %.1f)", estimate.frames.size(),
+                live.frames_dropped, Quantile(live.latency_ms, 0.5),
+                Quantile(live.latency_ms, 0.99));
 }
 
 // Everything between the flags and the last line printed.
@@ -85,8 +115,12 @@ Status Run(const EstimateJob& job, Config config) {
     config.map = mapping->map;
     context.mapping = std::move(*mapping);
   }
-  auto source = OpenDataSource(job.dataset, SourceOptions(job, config));
+  auto source = OpenSource(job, config);
   if (!source) return source.error();
+  const bool is_live = job.realtime || IsCamera(job.dataset);
+  RunOptions options = job.run;
+  LiveFeed* feed = nullptr;
+  if (is_live) feed = MakeLive(job, &*source, &options);
   context.truth = (*source)->ground_truth();
   if (!job.ground_truth.empty()) {
     auto truth = ReadGroundTruth(job.ground_truth);
@@ -103,13 +137,17 @@ Status Run(const EstimateJob& job, Config config) {
     config = calibration->config;
     context.calibration = std::move(*calibration);
   }
-  const auto estimate = RunEstimate(job.dataset, source->get(), config, job.run);
+  auto estimate = RunEstimate(job.dataset, source->get(), config, options);
   if (!estimate) return estimate.error();
+  if (feed != nullptr) {
+    estimate->live->frames_dropped = feed->dropped();
+    std::cerr << "tagtwist_estimate: " << LiveText(*estimate) << "\n";
+  }
   for (const std::string& warning : estimate->warnings) {
     std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
   }
   if (job.calibrate && !(*source)->imu().empty()) {
-    context.gyro = AlignGyroTo(*estimate, config, (*source)->imu());
+    context.gyro = AlignGyroTo(job, *estimate, config, (*source)->imu());
   }
   context.rows = CompareMethods(*estimate, context.truth, {});
   context.map = config.map;

@@ -74,22 +74,36 @@ Result<OnlineMethod> OnlineMethod::Create(const Config& config, bool guided) {
   auto follower = TagFollower::Create(config.map, config.camera, config.cam_from_body,
                                       config.front_end.detector);
   if (!follower) return follower.error();
-  return OnlineMethod(guided ? WithFewTracks(config) : config, guided, std::move(*follower));
+  auto detector = TagDetector::Create(config.map.family(), config.front_end.detector);
+  if (!detector) return detector.error();
+  auto refiner = CornerRefiner::Create(config.map, config.camera);
+  if (!refiner) return refiner.error();
+  return OnlineMethod(guided ? WithFewTracks(config) : config, guided, std::move(*detector),
+                      std::move(*refiner), std::move(*follower));
 }
 
-OnlineMethod::OnlineMethod(const Config& config, bool guided, TagFollower follower)
-    : guided_(guided),
+OnlineMethod::OnlineMethod(const Config& config, bool guided, TagDetector detector,
+                           CornerRefiner refiner, TagFollower follower)
+    : config_(config),
+      guided_(guided),
+      detector_(std::move(detector)),
+      refiner_(std::move(refiner)),
       follower_(std::move(follower)),
       front_end_(config.camera, config.cam_from_body, config.map, config.front_end),
       window_(
           MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator)) {}
 
+std::vector<TagDetection> OnlineMethod::FindTagsOf(const SimulatedFrame& frame) {
+  if (guided_) return follower_.Find(frame.image, PredictPose(window_, frame.t_ns));
+  return FindTags(frame.image, detector_, refiner_, config_.map, config_.camera,
+                  config_.front_end.detector);
+}
+
 Status OnlineMethod::Add(const SimulatedFrame& frame) {
   FrameMeasurements measurement;
   measurement.t_ns = frame.t_ns;
   const CpuStopwatch detect_watch;
-  const auto prediction = guided_ ? PredictPose(window_, frame.t_ns) : std::nullopt;
-  measurement.tags = follower_.Find(frame.image, prediction);
+  measurement.tags = FindTagsOf(frame);
   detect_ms_.push_back(detect_watch.ElapsedMs());
   const CpuStopwatch track_watch;
   measurement.tracks = front_end_.Track(measurement.tags, frame.image);

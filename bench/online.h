@@ -54,9 +54,14 @@ class OnlineMethod {
   }
 
  private:
-  OnlineMethod(const Config& config, bool guided, TagFollower follower);
+  OnlineMethod(const Config& config, bool guided, TagDetector detector, CornerRefiner refiner,
+               TagFollower follower);
+  std::vector<TagDetection> FindTagsOf(const SimulatedFrame& frame);
 
+  Config config_;
   bool guided_;
+  TagDetector detector_;  // where it is not guided
+  CornerRefiner refiner_;
   TagFollower follower_;
   FrontEnd front_end_;
   SlidingWindow window_;

@@ -6,6 +6,8 @@ const char* ToString(FrameStatus status) {
   switch (status) {
     case FrameStatus::kOk:
       return "ok";
+    case FrameStatus::kHurried:
+      return "hurried";
     case FrameStatus::kPredicted:
       return "predicted";
     case FrameStatus::kNoFix:

@@ -13,10 +13,11 @@ namespace tagtwist {
 /// How a frame came by its state.
 enum class FrameStatus {
   kOk,         // tags of its own
+  kHurried,    // likewise, but a deadline came before all was measured or refined (window mode)
   kPredicted,  // no tag: tracks, neighbours and the motion prior
   kNoFix,      // window mode, before the first tag or while two attitudes are open: no state
 };
-const char* ToString(FrameStatus status);  // "ok", "predicted", "no_fix"
+const char* ToString(FrameStatus status);  // "ok", "hurried", "predicted", "no_fix"
 
 /// One frame of the result. With kNoFix the state and covariance mean nothing.
 struct FrameEstimate {
@@ -44,6 +45,12 @@ struct StageTimes {
   std::vector<double> detect_ms, track_ms, seed_ms, optimise_ms, frame_ms;
 };
 
+/// A run whose frames came when they came.
+struct LiveRun {
+  size_t frames_dropped = 0;       // came while others waited
+  std::vector<double> latency_ms;  // from stamp to state, one a frame
+};
+
 /// The result of a run.
 struct Estimate {
   std::string mode;                   // "batch" or "sliding_window"
@@ -52,6 +59,8 @@ struct Estimate {
   NoiseModel noise;
   std::vector<double> reprojection_px;  // every corner's distance from its prediction [px]
   StageTimes times;
+  std::optional<LiveRun> live;
+  std::optional<double> deadline_ms;  // of a frame, where there was one
   std::vector<std::string> warnings;  // one line each, for the person who runs it
 };
 

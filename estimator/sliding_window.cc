@@ -33,7 +33,8 @@ SlidingWindow::SlidingWindow(EstimatorSetup setup)
       noise_(InitialNoise(setup_.options)),
       segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
 
-Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
+Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement,
+                                        const TimeUp& time_up) {
   // Fewer frames know too little of the motion to exclude a pose.
   constexpr size_t kFramesToRelyOn = 5;
   WindowOutput out;
@@ -58,10 +59,14 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement) {
     return out;
   }
   AddFrame(measurement, starts);
-  if (const auto solved = SolveAll(); !solved) return solved.error();
+  if (const auto solved = SolveAll(time_up); !solved) return solved.error();
+  const bool hurried = measurement.cut_short || IsUp(time_up);
   LookIntoTheMirror();
   const int newest = static_cast<int>(seen_.size()) - 1;
   out.current = EstimateOf(newest);
+  if (hurried && out.current.status == FrameStatus::kOk) {
+    out.current.status = FrameStatus::kHurried;
+  }
   if (out.current.status != FrameStatus::kNoFix) {
     out.reprojection_px = ReprojectionErrors(setup_, hypotheses_[0].input.frames.back());
   }
@@ -113,20 +118,29 @@ void SlidingWindow::AddFrame(const FrameMeasurements& measurement, const FrameSt
   }
 }
 
-SolveOptions SlidingWindow::StepOptions() const { return {setup_.options.window_iterations, 1e-6}; }
+SolveOptions SlidingWindow::StepOptions(const TimeUp& time_up) const {
+  return {setup_.options.window_iterations, 1e-6, time_up};
+}
 
-Status SlidingWindow::SolveAll() {
+// Over one frame, or, where the time is up, over several.
+Status SlidingWindow::LearnAtFirst(const TimeUp& time_up, WindowHypothesis* hypothesis) {
+  hypothesis->TakePrior();
+  const auto learned = SolveAndLearn(setup_, StepOptions(time_up), &hypothesis->input, &noise_);
+  if (!learned) return learned.error();
+  constexpr int kMostFrames = 20;
+  has_learned_ = !IsUp(time_up) || ++frames_of_learning_ == kMostFrames;
+  return Ok();
+}
+
+Status SlidingWindow::SolveAll(const TimeUp& time_up) {
   const bool full = static_cast<int>(seen_.size()) == setup_.options.window_frames;
   for (WindowHypothesis& hypothesis : hypotheses_) {
     hypothesis.input.first_frame = first_frame_;
     hypothesis.input.segments = segmenter_.segments();
     if (full && !has_learned_) {  // from the likeliest so far
-      hypothesis.TakePrior();
-      const auto learned = SolveAndLearn(setup_, StepOptions(), &hypothesis.input, &noise_);
-      if (!learned) return learned.error();
-      has_learned_ = true;
+      if (const auto learned = LearnAtFirst(time_up, &hypothesis); !learned) return learned;
     }
-    const auto solved = SolveOne(&hypothesis);
+    const auto solved = SolveOne(time_up, &hypothesis);
     if (!solved) return solved;
   }
   Prune(&hypotheses_);
@@ -134,15 +148,15 @@ Status SlidingWindow::SolveAll() {
   if (!has_learned_ || hypotheses_.size() > 1) return Ok();
   WindowHypothesis& only = hypotheses_.front();
   segmenter_.Reject(ContradictedSegments(only.solution.graph, only.input.segments.size()));
-  if (!DropContradicted(&only)) return Ok();
+  if (IsUp(time_up) || !DropContradicted(&only)) return Ok();
   only.input.segments = segmenter_.segments();
-  return SolveOne(&only);
+  return SolveOne(time_up, &only);
 }
 
-Status SlidingWindow::SolveOne(WindowHypothesis* hypothesis) {
+Status SlidingWindow::SolveOne(const TimeUp& time_up, WindowHypothesis* hypothesis) {
   const bool steps = hypotheses_.size() == 1 && WindowSystem::Fits(setup_, hypothesis->input);
-  return steps ? StepHypothesis(setup_, noise_, StepOptions(), hypothesis)
-               : SolveHypothesis(setup_, noise_, StepOptions(), hypothesis);
+  return steps ? StepHypothesis(setup_, noise_, StepOptions(time_up), hypothesis)
+               : SolveHypothesis(setup_, noise_, StepOptions(time_up), hypothesis);
 }
 
 void SlidingWindow::LookIntoTheMirror() {

@@ -14,6 +14,7 @@
 #include "estimator/window_calibration.h"
 #include "estimator/window_hypothesis.h"
 #include "frontend/types/measurements.h"
+#include "frontend/types/time_up.h"
 
 namespace tagtwist {
 
@@ -39,7 +40,9 @@ class SlidingWindow {
   explicit SlidingWindow(EstimatorSetup setup);
 
   /// Stamps must grow. After an error, when the problem cannot be solved, no frame may follow.
-  Result<WindowOutput> Add(const FrameMeasurements& measurement);
+  /// Where the time is up the state is what the iterations until then give, the noise is learned
+  /// over several frames, and the state is kHurried.
+  Result<WindowOutput> Add(const FrameMeasurements& measurement, const TimeUp& time_up = {});
   /// The frames still in the window, smoothed; call at the end.
   std::vector<FrameEstimate> Finish();
   /// State at a stamp after the newest frame's, as the motion prior carries that frame's state on,
@@ -59,9 +62,10 @@ class SlidingWindow {
 
   bool MustStartAnew(const std::optional<Pose>& excluded, const FrameMeasurements& measurement);
   void AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts);
-  SolveOptions StepOptions() const;
-  Status SolveAll();
-  Status SolveOne(WindowHypothesis* hypothesis);
+  SolveOptions StepOptions(const TimeUp& time_up = {}) const;
+  Status SolveAll(const TimeUp& time_up);
+  Status LearnAtFirst(const TimeUp& time_up, WindowHypothesis* hypothesis);
+  Status SolveOne(const TimeUp& time_up, WindowHypothesis* hypothesis);
   void LookIntoTheMirror();
   double GapSeconds(const WindowHypothesis& hypothesis, int state) const;
   FrameEstimate EstimateOf(int state) const;
@@ -87,6 +91,7 @@ class SlidingWindow {
   WindowCalibration calibration_;             // likewise
   NoiseStatistics statistics_;                // likewise, fading
   bool has_learned_ = false;
+  int frames_of_learning_ = 0;  // that were too short for it
 };
 
 }  // namespace tagtwist

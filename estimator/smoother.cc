@@ -79,6 +79,7 @@ Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& 
     change = NoiseChange(updated, *noise);
     DropSegments(ContradictedSegments(solution->graph, input->segments.size()), input);
     *noise = extrapolation.Next(*noise, updated);
+    if (IsUp(options.time_up)) return solution;
   }
   auto solution = SolveAndInvert(setup, *noise, *input, options);
   if (solution) TakeStates(solution->graph, &input->frames);

@@ -26,7 +26,8 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
 
 /// SolveAndInvert again and again, the noise updated in between until it settles; starts from
 /// input's states and `noise`, leaves the last states and noise there. Track segments that a round
-/// contradicts are taken out of the input.
+/// contradicts are taken out of the input. Where the time is up the last round's solution comes,
+/// and the noise that it has led to.
 Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
                                GraphInput* input, NoiseModel* noise);
 

@@ -40,6 +40,19 @@ ceres::Solver::Options MakeCeresOptions(const SolveOptions& options, Graph* grap
   return out;
 }
 
+// Ends a solve where its time is up.
+class StopInTime : public ceres::IterationCallback {
+ public:
+  explicit StopInTime(const TimeUp& time_up) : time_up_(time_up) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    return summary.iteration > 0 && IsUp(time_up_) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                   : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const TimeUp& time_up_;
+};
+
 }  // namespace
 
 SolveSummary Solve(const SolveOptions& options, Graph* graph) {
@@ -63,6 +76,8 @@ SolveSummary Solve(const SolveOptions& options, Graph* graph) {
     problem.AddResidualBlock(factor.cost.get(), loss, parameters);
   }
   ceres::Solver::Options ceres_options = MakeCeresOptions(options, graph);
+  StopInTime stop_in_time(options.time_up);
+  if (options.time_up) ceres_options.callbacks.push_back(&stop_in_time);
   ceres::Solver::Summary summary;
   ceres::Solve(ceres_options, &problem, &summary);
   // A tag seen face-on bends the cost so much that full steps may all overshoot: more damping.

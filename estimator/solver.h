@@ -2,12 +2,14 @@
 #include <string>
 
 #include "estimator/graph.h"
+#include "frontend/types/time_up.h"
 
 namespace tagtwist {
 
 struct SolveOptions {
   int max_iterations = 30;
   double function_tolerance = 1e-13;  // relative change of the cost that ends the solve
+  TimeUp time_up = {};                // ends it after an iteration
 };
 
 /// How a solve ended; the caller must look at `usable`.

@@ -97,6 +97,16 @@ Json BoundsJson(const Estimate& e, const std::vector<ComparisonRow>& rows) {
   return out;
 }
 
+Json DeadlineJson(const Estimate& e) {
+  return {
+      {"deadline_ms", *e.deadline_ms},
+      {"frames_hurried",
+       std::count_if(e.frames.begin(), e.frames.end(),
+                     [](const FrameEstimate& f) { return f.status == FrameStatus::kHurried; })},
+      {"frames_late", std::count_if(e.times.frame_ms.begin(), e.times.frame_ms.end(),
+                                    [&](double frame_ms) { return frame_ms > *e.deadline_ms; })}};
+}
+
 }  // namespace
 
 std::string FormatJson(const Json& json) {
@@ -152,6 +162,11 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
                             {"p95", QuantileJson(estimate.reprojection_px, 0.95)}};
   out["noise"] = NoiseJson(estimate.noise, estimate.frames);
   out["timing_ms"] = TimingJson(estimate.times);
+  if (estimate.deadline_ms) out["deadline"] = DeadlineJson(estimate);
+  if (estimate.live) {
+    out["live"] = {{"frames_dropped", estimate.live->frames_dropped},
+                   {"latency_ms", PercentilesJson(estimate.live->latency_ms)}};
+  }
   out["wall_s"] = facts.wall_s;
   out["peak_rss_mib"] = facts.peak_rss_mib;
   out["bound"] = BoundsJson(estimate, rows);

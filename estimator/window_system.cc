@@ -222,7 +222,8 @@ Result<Solution> WindowSystem::Solve(const EstimatorSetup& setup, const NoiseMod
       states_[k] = Moved(states_[k], step.segment<kSize>(kSize * static_cast<int>(k)));
     }
     const bool moved = LinearizeWhatMoved(setup, noise, input);
-    if (moved && iteration + 1 < options.max_iterations) continue;
+    const bool may_go_on = iteration + 1 < options.max_iterations && !IsUp(options.time_up);
+    if (moved && may_go_on) continue;
     out.covariance = cholesky.SelectedInverse();
     break;
   }

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "frontend/types/body_state.h"
+#include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/result.h"
 
@@ -39,7 +41,7 @@ class DataSource {
   virtual ~DataSource() = default;
   /// The next frame, nullopt at the end, or an error that ends the recording.
   virtual Result<std::optional<Frame>> Next() = 0;
-  /// All frames' stamps, known at opening, strictly growing.
+  /// All frames' stamps, known at opening, strictly growing; empty where it is a camera.
   virtual const std::vector<int64_t>& stamps_ns() const = 0;
   virtual const std::vector<TruthSample>& ground_truth() const = 0;  // empty when there is none
   virtual const std::vector<ImuSample>& imu() const = 0;             // empty when there is none
@@ -51,5 +53,14 @@ class DataSource {
 /// there is one, and the fault.
 Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
                                                    const DataSourceOptions& options);
+
+/// True for "camera:PLACE".
+bool IsCamera(const std::string& dataset);
+/// Frames of a camera as OpenCV sees it. PLACE: a number or a path in /dev by Video4Linux, whatever
+/// else (a stream's URL) by FFmpeg. A device is asked for the size of `camera`. Stamps are
+/// `now_ns`, taken when a frame is grabbed; nobody knows them before. Ends when no more come.
+Result<std::unique_ptr<DataSource>> OpenCameraSource(const std::string& dataset,
+                                                     const Camera& camera,
+                                                     std::function<int64_t()> now_ns);
 
 }  // namespace tagtwist

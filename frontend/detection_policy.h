@@ -19,6 +19,9 @@ class DetectionPolicy {
   /// The part of the image that is to be searched besides in a guided frame, as fractions of its
   /// width and height; call once a guided frame.
   std::optional<Eigen::AlignedBox2d> NextPart();
+  /// The next part whatever the frame: kParts of them are the whole image.
+  Eigen::AlignedBox2d TakePart();
+  static constexpr int kParts = 20;
 
  private:
   int last_found_ = 0;

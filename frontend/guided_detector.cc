@@ -117,13 +117,17 @@ std::optional<RefinedTag> GuidedDetector::Fit(const cv::Mat& gray, const CornerR
 }
 
 GuidedTags GuidedDetector::Find(const cv::Mat& gray, const CornerRefiner& refiner,
-                                const PosePrediction& prediction) {
+                                const PosePrediction& prediction, const TimeUp& time_up) {
   GuidedTags out;
   PosePrediction pose = prediction;
   std::unordered_map<int, PatternLook> looks;
   for (const ExpectedTag& before : ExpectAll(prediction)) {
     const auto expected = Expect(*map_.Find(before.tag.id), pose);
     if (!expected) continue;
+    if (IsUp(time_up)) {
+      out.cut_short = true;
+      break;
+    }
     ++out.expected;
     const auto seen = Fit(gray, refiner, *expected);
     if (!seen) continue;

@@ -9,6 +9,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
+#include "frontend/types/time_up.h"
 
 namespace tagtwist {
 
@@ -29,7 +30,8 @@ struct ExpectedTag {
 /// What became of the tags that a pose predicts.
 struct GuidedTags {
   std::vector<TagDetection> found;  // sorted by id
-  int expected = 0;                 // how many were predicted in the image
+  int expected = 0;                 // how many of those looked for were predicted in the image
+  bool cut_short = false;           // the time was up before all were looked for
 };
 
 /// Finds tags where a predicted pose says that they are: no search of the image. Each tag is fitted
@@ -44,7 +46,7 @@ class GuidedDetector {
                  double border_px);
 
   GuidedTags Find(const cv::Mat& gray, const CornerRefiner& refiner,
-                  const PosePrediction& prediction);
+                  const PosePrediction& prediction, const TimeUp& time_up = {});
 
   /// How tags looked in this image, found otherwise; replaces what was known.
   void SetLooks(std::unordered_map<int, PatternLook> looks) { looks_ = std::move(looks); }

@@ -1,9 +1,9 @@
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <utility>
 
 #include "frontend/data_source_kinds.h"
+#include "frontend/video_frame.h"
 
 namespace tagtwist {
 namespace {
@@ -34,16 +34,9 @@ class VideoSource : public DataSource {
     Frame frame;
     frame.t_ns = stamps_ns_[next_];
     frame.name = path_ + ": frame " + std::to_string(next_++);
-    try {
-      cv::Mat image;
-      if (!capture_.read(image) || image.empty()) {
-        frame.image_problem = "cannot decode";
-      } else if (image.channels() == 1) {
-        frame.image = image.clone();
-      } else {
-        cv::cvtColor(image, frame.image, cv::COLOR_BGR2GRAY);
-      }
-    } catch (const cv::Exception&) {
+    if (Grab(&capture_)) {
+      RetrieveGray(&capture_, &frame);
+    } else {
       frame.image_problem = "cannot decode";
     }
     if (!frame.image.empty()) {

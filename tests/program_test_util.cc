@@ -7,8 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <random>
+#include <thread>
 
 #include "estimator/config.h"
 #include "frontend/named_flights.h"
@@ -67,7 +70,8 @@ void ThrowUnless(const Status& status) {
 }  // namespace
 
 ProgramRun RunProgram(const std::string& folder, const std::string& program,
-                      const std::vector<std::string>& arguments) {
+                      const std::vector<std::string>& arguments,
+                      const std::function<bool()>& interrupt_when) {
   const TempFolder capture;
   const std::string out_path = capture / "out", err_path = capture / "err";
   std::vector<std::string> words = {TAGTWIST_PROGRAM_DIR "/" + program};
@@ -90,6 +94,13 @@ ProgramRun RunProgram(const std::string& folder, const std::string& program,
     return run;
   }
   int wait_status = 0;
+  while (interrupt_when && waitpid(pid, &wait_status, WNOHANG) == 0) {
+    if (interrupt_when()) {
+      kill(pid, SIGINT);
+      break;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
   waitpid(pid, &wait_status, 0);
   if (WIFEXITED(wait_status)) run.status = WEXITSTATUS(wait_status);
   run.out = ReadText(out_path);

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,10 @@ struct ProgramRun {
 };
 
 /// Runs a built program ("tagtwist_estimate") in `folder`. A sanitizer's report would be status 99.
+/// `interrupt_when` is asked while it runs; when it says true the program gets a Ctrl-C.
 ProgramRun RunProgram(const std::string& folder, const std::string& program,
-                      const std::vector<std::string>& arguments);
+                      const std::vector<std::string>& arguments,
+                      const std::function<bool()>& interrupt_when = {});
 
 /// True when the text is exactly one line, ended.
 bool IsOneLine(const std::string& text);

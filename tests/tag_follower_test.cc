@@ -38,8 +38,15 @@ const std::vector<SimulatedFrame>& Agile() {
   return frames;
 }
 
-// The frames through detection and window, guided or not.
-std::vector<Step> Follow(const std::vector<SimulatedFrame>& frames, bool guided) {
+// A clock whose time is up when it has been asked so often.
+TimeUp UpAfter(int asks) {
+  return [left = asks]() mutable { return left-- <= 0; };
+}
+
+// The frames through detection and window, guided or not. With a number, detection's time and the
+// window's are each up after so many asks.
+std::vector<Step> Follow(const std::vector<SimulatedFrame>& frames, bool guided,
+                         const std::optional<int>& asks = {}) {
   const EstimatorSetup setup = CourseSetup();
   auto follower = TagFollower::Create(setup.map, setup.camera, setup.cam_from_body, {});
   EXPECT_TRUE(follower);
@@ -48,8 +55,10 @@ std::vector<Step> Follow(const std::vector<SimulatedFrame>& frames, bool guided)
   std::vector<Step> out;
   for (const SimulatedFrame& frame : frames) {
     const auto prediction = guided ? PredictPose(window, frame.t_ns) : std::nullopt;
-    const auto tags = follower->Find(frame.image, prediction);
-    const auto added = window.Add(front_end.Process(frame.t_ns, tags, frame.image));
+    const auto tags = follower->Find(frame.image, prediction, asks ? UpAfter(*asks) : TimeUp());
+    FrameMeasurements measurement = front_end.Process(frame.t_ns, tags, frame.image);
+    measurement.cut_short = follower->was_cut_short();
+    const auto added = window.Add(measurement, asks ? UpAfter(*asks) : TimeUp());
     EXPECT_TRUE(added) << added.error().message;
     out.push_back({added->current, frame.truth});
   }
@@ -123,6 +132,43 @@ TEST(TagFollower, AKidnappedCameraFindsItsWay) {
   }
   const StateVector e = Difference(steps.back().estimate.state, steps.back().truth);
   EXPECT_LT(e.segment<3>(3).norm(), 0.01);
+}
+
+// The worst of clocks: one part of an image is searched, one iteration made.
+TEST(TagFollower, EveryFrameHasAnAnswerWhereTheTimeIsAlwaysUp) {
+  const auto steps = Follow(Agile(), true, 0);
+  ASSERT_EQ(steps.size(), Agile().size());
+  for (size_t i = 20; i < steps.size(); ++i) {
+    const FrameEstimate& estimate = steps[i].estimate;
+    EXPECT_EQ(estimate.status,
+              estimate.n_tags > 0 ? FrameStatus::kHurried : FrameStatus::kPredicted)
+        << i;
+    const StateVector e = Difference(estimate.state, steps[i].truth);
+    EXPECT_LT(e.segment<3>(3).norm(), 0.1) << i;
+  }
+}
+
+TEST(TagFollower, AsManyTagsAsThereIsTimeFor) {
+  const auto steps = Follow(Agile(), true, 4);
+  int hurried = 0;
+  for (size_t i = 25; i < steps.size(); ++i) {
+    const FrameEstimate& estimate = steps[i].estimate;
+    EXPECT_GE(estimate.n_tags, 1) << i;
+    EXPECT_LE(estimate.n_tags, 4) << i;
+    hurried += estimate.status == FrameStatus::kHurried ? 1 : 0;
+    const StateVector e = Difference(estimate.state, steps[i].truth);
+    EXPECT_LT(e.segment<3>(3).norm(), 0.003) << i;
+  }
+  EXPECT_GT(hurried, 30);
+}
+
+TEST(TagFollower, ATimeThatSufficesChangesNothing) {
+  const auto in_time = Follow(Agile(), true, 1000000), unbounded = Follow(Agile(), true);
+  const Eigen::Vector2d ratio =
+      PositionAndVelocityRmse(in_time, 20).cwiseQuotient(PositionAndVelocityRmse(unbounded, 20));
+  EXPECT_NEAR(ratio.x(), 1, 0.1);
+  EXPECT_NEAR(ratio.y(), 1, 0.1);
+  for (const Step& step : in_time) EXPECT_NE(step.estimate.status, FrameStatus::kHurried);
 }
 
 }  // namespace

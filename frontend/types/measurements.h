@@ -42,6 +42,7 @@ struct FrameMeasurements {
   std::vector<TagDetection> tags;        // all in the map, each id at most once
   std::vector<TrackObservation> tracks;  // sorted by track_id
   ClosedForm closed_form;
+  bool cut_short = false;  // a deadline came before all was measured
 };
 
 }  // namespace tagtwist
