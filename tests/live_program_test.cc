@@ -28,15 +28,15 @@ class LiveProgram : public testing::Test {
     return out;
   }
   nlohmann::json Summary() const {
-    const std::string text = ReadText(folder_.path() / "out" / "summary.json");
+    const std::string text = ReadText(folder_ / "out/summary.json");
     return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
   }
   // Lines but for the header.
   int Rows(const std::string& name) const {
-    const std::string text = ReadText(folder_.path() / name);
+    const std::string text = ReadText(folder_ / name);
     return static_cast<int>(std::count(text.begin(), text.end(), '\n')) - 1;
   }
-  std::string Folder() const { return folder_.path().string(); }
+  std::string Folder() const { return folder_.path(); }
 
   TempFolder folder_;
 };
@@ -66,7 +66,7 @@ TEST_F(LiveProgram, CtrlCEndsItWithItsResultsWhole) {
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_GT(Summary()["frames"].get<int>(), 20);
   EXPECT_LT(Summary()["frames"].get<int>(), n / 2);
-  EXPECT_EQ(ReadText(folder_.path() / "rows.csv"), ReadText(folder_.path() / "out" / "states.csv"));
+  EXPECT_EQ(ReadText(folder_ / "rows.csv"), ReadText(folder_ / "out/states.csv"));
 }
 
 // FFmpeg's way in, which needs no camera: a file comes as fast as it is read.

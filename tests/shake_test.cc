@@ -81,8 +81,12 @@ TEST(Shake, LostFramesAreMarkedAndTrackingIsBackWithinThreeSharpOnes) {
     const bool is_blurred = step.t_s > kShakeFromS + kRampS && step.t_s < kShakeToS - kRampS;
     const bool is_sharp = step.t_s - kShutterS / 2 > kShakeToS;
     if (is_blurred && step.status != FrameStatus::kOk) ++lost;
-    if (step.status == FrameStatus::kOk) EXPECT_LT(step.error_m, kFar) << step.t_s;
-    if (is_sharp && ++sharp >= 3) EXPECT_EQ(step.status, FrameStatus::kOk) << step.t_s;
+    if (step.status == FrameStatus::kOk) {
+      EXPECT_LT(step.error_m, kFar) << step.t_s;
+    }
+    if (is_sharp && ++sharp >= 3) {
+      EXPECT_EQ(step.status, FrameStatus::kOk) << step.t_s;
+    }
   }
   EXPECT_GE(lost, 8) << "the shake is to hide the tags";
   EXPECT_GE(sharp, 15);

@@ -31,8 +31,8 @@ class StreamProgram : public testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunProgram(Folder(), "tagtwist_estimate", arguments);
   }
-  std::string Folder() const { return folder_.path().string(); }
-  std::string States() const { return ReadText(folder_.path() / "results" / "states.csv"); }
+  std::string Folder() const { return folder_.path(); }
+  std::string States() const { return ReadText(folder_ / "results/states.csv"); }
 
   TempFolder folder_;
 };
@@ -46,7 +46,7 @@ TEST_F(StreamProgram, StandardOutputIsStatesCsvAndNothingElse) {
 
 TEST_F(StreamProgram, AFileIsTheSame) {
   ASSERT_EQ(Estimate({"--stream", "rows.csv"}).status, 0);
-  EXPECT_EQ(ReadText(folder_.path() / "rows.csv"), States());
+  EXPECT_EQ(ReadText(folder_ / "rows.csv"), States());
 }
 
 TEST_F(StreamProgram, AReaderThatGoesAwayEndsTheStreamAlone) {
