@@ -21,7 +21,8 @@ constexpr double kMostContradictedShare = 0.06;
 constexpr double kMostNoiseOfContrast = 0.15;
 constexpr double kFloorPx = 0.0015;  // of a corner's standard deviation: what the model leaves out
 constexpr double kLeastCellPx = 1.2;
-constexpr double kEdgeSigmas = 1.8;  // of the blur's two axes together, 2.5 of one: an edge's reach
+// Of the blur's two axes together, 2 of one: what an edge tells lies within.
+constexpr double kEdgeSigmas = 1.45;
 constexpr double kRoughPx = 0.15;
 constexpr double kMostSidePx = 400;
 constexpr double kMostSearchPx = 10;

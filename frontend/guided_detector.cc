@@ -20,6 +20,38 @@ constexpr double kMostSurprise = 60;  // squared Mahalanobis distance, 8 degrees
 using Vector8d = Eigen::Matrix<double, 8, 1>;
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
+// More tell little that these do not, and cost as much each.
+constexpr size_t kMostTags = 26;
+constexpr double kKnownGain = 1.5;  // known looks are worth a way across the image
+
+Eigen::Vector2d Centre(const ExpectedTag& tag) {
+  const auto& c = tag.tag.corners;
+  return 0.25 * (c[0] + c[1] + c[2] + c[3]);
+}
+
+// Which of the tags to look for: the first one, then again and again the one that is farthest from
+// all those chosen. `gains` scale the distances.
+std::vector<bool> ChooseSpread(const std::vector<ExpectedTag>& tags,
+                               const std::vector<double>& gains) {
+  std::vector<bool> chosen(tags.size(), tags.size() <= kMostTags);
+  if (tags.size() <= kMostTags) return chosen;
+  std::vector<double> distance(tags.size(), std::numeric_limits<double>::infinity());
+  size_t next = 0;
+  for (size_t n = 0; n < kMostTags; ++n) {
+    chosen[next] = true;
+    const Eigen::Vector2d centre = Centre(tags[next]);
+    double most = -1;
+    for (size_t i = 0; i < tags.size(); ++i) {
+      distance[i] = std::min(distance[i], gains[i] * (Centre(tags[i]) - centre).norm());
+      if (!chosen[i] && distance[i] > most) {
+        most = distance[i];
+        next = i;
+      }
+    }
+  }
+  return chosen;
+}
+
 // Infinite where the covariance is not finite.
 double LargestSigma(const Matrix8d& covariance) {
   if (!covariance.allFinite()) return std::numeric_limits<double>::infinity();
@@ -89,7 +121,7 @@ std::optional<ExpectedTag> GuidedDetector::Expect(const Tag& tag,
   return out;
 }
 
-// The ones seen in the last image first, then those known best.
+// Those to look for: the ones seen in the last image first, then those known best.
 std::vector<ExpectedTag> GuidedDetector::ExpectAll(const PosePrediction& prediction) const {
   std::vector<ExpectedTag> out;
   for (const Tag& tag : map_.tags()) {
@@ -99,7 +131,14 @@ std::vector<ExpectedTag> GuidedDetector::ExpectAll(const PosePrediction& predict
     const bool a_is_new = looks_.count(a.tag.id) == 0, b_is_new = looks_.count(b.tag.id) == 0;
     return a_is_new != b_is_new ? b_is_new : a.sigma_px < b.sigma_px;
   });
-  return out;
+  std::vector<double> gains;
+  for (const ExpectedTag& tag : out) gains.push_back(looks_.count(tag.tag.id) ? kKnownGain : 1.0);
+  const std::vector<bool> chosen = ChooseSpread(out, gains);
+  std::vector<ExpectedTag> kept;
+  for (size_t i = 0; i < out.size(); ++i) {
+    if (chosen[i]) kept.push_back(std::move(out[i]));
+  }
+  return kept;
 }
 
 std::optional<RefinedTag> GuidedDetector::Fit(const cv::Mat& gray, const CornerRefiner& refiner,
