@@ -95,9 +95,10 @@ Status Measure() {
     if (i + 1 == tenth) first_mib = ResidentMiB();
     progress.Update(static_cast<size_t>(i + 1));
   }
+  const double last_mib = ResidentMiB();  // before what printing takes
   std::printf("resident after %d frames: %.1f MiB\n", kSettledFrames, settled_mib);
   Print("first tenth", first, first_mib);
-  Print("last tenth", last, ResidentMiB());
+  Print("last tenth", last, last_mib);
   for (const std::string& warning : window.Warnings()) std::printf("%s\n", warning.c_str());
   return Ok();
 }
