@@ -1,5 +1,4 @@
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -9,8 +8,8 @@
 
 #include "apps/in_order.h"
 #include "apps/progress.h"
-#include "apps/usage.h"
 #include "bench/flights.h"
+#include "bench/run_bench.h"
 #include "bench/scores.h"
 #include "frontend/option_check.h"
 #include "tests/exact_model.h"
@@ -132,25 +131,19 @@ Usage AccuracyUsage() {
 }
 
 std::optional<std::string> FlagProblem() {
-  for (const auto& problem : {CheckRange("seeds", FLAGS_seeds, 1, 1e6),
-                              CheckRange("exact_runs", FLAGS_exact_runs, 0, 1e6),
-                              CheckRange("duration", FLAGS_duration, 1, 1e4),
-                              CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 100),
-                              CheckRange("threads", FLAGS_threads, 0, 256)}) {
-    if (problem) return "--" + *problem;
-  }
-  return std::nullopt;
+  return FirstFlagProblem({CheckRange("seeds", FLAGS_seeds, 1, 1e6),
+                           CheckRange("exact_runs", FLAGS_exact_runs, 0, 1e6),
+                           CheckRange("duration", FLAGS_duration, 1, 1e4),
+                           CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 100),
+                           CheckRange("threads", FLAGS_threads, 0, 256)});
 }
 
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::AccuracyUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  if (const auto problem = tagtwist::FlagProblem()) return tagtwist::Fail(usage, *problem, 2);
   cv::setNumThreads(1);  // the runs are spread over threads here
-  const auto done = tagtwist::Measure(tagtwist::ResolveThreads(FLAGS_threads));
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::RunBench(argc, argv, tagtwist::AccuracyUsage(), tagtwist::FlagProblem, [] {
+    return tagtwist::Measure(tagtwist::ResolveThreads(FLAGS_threads));
+  });
 }

@@ -1,17 +1,16 @@
 #include "estimator/batch.h"
 
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <optional>
 
-#include "apps/usage.h"
 #include "bench/cpu_clock.h"
 #include "bench/flights.h"
 #include "bench/plain_ceres.h"
+#include "bench/run_bench.h"
 #include "estimator/quantile.h"
 #include "estimator/seeding.h"
 #include "frontend/option_check.h"
@@ -174,23 +173,16 @@ Usage BatchUsage() {
 }
 
 std::optional<std::string> FlagProblem() {
-  for (const auto& problem :
-       {CheckRange("duration", FLAGS_duration, 1, 3600),
-        CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 10),
-        CheckRange("repeat", FLAGS_repeat, 1, 1000), CheckRange("seed", FLAGS_seed, 0, 1e9)}) {
-    if (problem) return "--" + *problem;
-  }
-  return std::nullopt;
+  return FirstFlagProblem({CheckRange("duration", FLAGS_duration, 1, 3600),
+                           CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 10),
+                           CheckRange("repeat", FLAGS_repeat, 1, 1000),
+                           CheckRange("seed", FLAGS_seed, 0, 1e9)});
 }
 
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::BatchUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  if (const auto problem = tagtwist::FlagProblem()) return tagtwist::Fail(usage, *problem, 2);
-  const auto done = tagtwist::Measure();
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::RunBench(argc, argv, tagtwist::BatchUsage(), tagtwist::FlagProblem,
+                            tagtwist::Measure);
 }

@@ -1,13 +1,12 @@
 #include "estimator/calibration.h"
 
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 
 #include <cstdio>
 
 #include "apps/in_order.h"
 #include "apps/progress.h"
-#include "apps/usage.h"
+#include "bench/run_bench.h"
 #include "estimator/batch.h"
 #include "estimator/chi_square.h"
 #include "frontend/option_check.h"
@@ -155,22 +154,16 @@ Usage CalibrationUsage() {
 }
 
 std::optional<std::string> FlagProblem() {
-  for (const auto& problem :
-       {CheckRange("seeds", FLAGS_seeds, 1, 1e6), CheckRange("frames", FLAGS_frames, 20, 1e6),
-        CheckRange("threads", FLAGS_threads, 0, 256)}) {
-    if (problem) return "--" + *problem;
-  }
-  return std::nullopt;
+  return FirstFlagProblem({CheckRange("seeds", FLAGS_seeds, 1, 1e6),
+                           CheckRange("frames", FLAGS_frames, 20, 1e6),
+                           CheckRange("threads", FLAGS_threads, 0, 256)});
 }
 
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::CalibrationUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  if (const auto problem = tagtwist::FlagProblem()) return tagtwist::Fail(usage, *problem, 2);
-  const auto done = tagtwist::Measure(tagtwist::ResolveThreads(FLAGS_threads));
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::RunBench(argc, argv, tagtwist::CalibrationUsage(), tagtwist::FlagProblem, [] {
+    return tagtwist::Measure(tagtwist::ResolveThreads(FLAGS_threads));
+  });
 }

@@ -1,5 +1,4 @@
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 
 #include <cmath>
 #include <cstdio>
@@ -9,8 +8,8 @@
 
 #include "apps/in_order.h"
 #include "apps/progress.h"
-#include "apps/usage.h"
 #include "bench/online.h"
+#include "bench/run_bench.h"
 #include "estimator/quantile.h"
 #include "frontend/named_flights.h"
 #include "frontend/option_check.h"
@@ -146,27 +145,19 @@ Usage EndToEndUsage() {
 }
 
 std::optional<std::string> FlagProblem() {
-  for (const auto& problem :
-       {CheckRange("duration", FLAGS_duration, 1, 1e4),
-        CheckRange("height", FLAGS_height, 0.1, 100), CheckRange("rate", FLAGS_rate, 1, 1000),
-        CheckRange("scale", FLAGS_scale, 0.25, 8),
-        CheckRange("exposure_ms", FLAGS_exposure_ms, 0, 1000),
-        CheckRange("noise", FLAGS_noise, 0, 255), CheckRange("seed", FLAGS_seed, 0, 1e9),
-        CheckRange("threads", FLAGS_threads, 0, 256)}) {
-    if (problem) return "--" + *problem;
-  }
-  return std::nullopt;
+  return FirstFlagProblem(
+      {CheckRange("duration", FLAGS_duration, 1, 1e4), CheckRange("height", FLAGS_height, 0.1, 100),
+       CheckRange("rate", FLAGS_rate, 1, 1000), CheckRange("scale", FLAGS_scale, 0.25, 8),
+       CheckRange("exposure_ms", FLAGS_exposure_ms, 0, 1000),
+       CheckRange("noise", FLAGS_noise, 0, 255), CheckRange("seed", FLAGS_seed, 0, 1e9),
+       CheckRange("threads", FLAGS_threads, 0, 256)});
 }
 
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::EndToEndUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  if (const auto problem = tagtwist::FlagProblem()) return tagtwist::Fail(usage, *problem, 2);
   cv::setNumThreads(1);
-  const auto done = tagtwist::Measure();
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::RunBench(argc, argv, tagtwist::EndToEndUsage(), tagtwist::FlagProblem,
+                            tagtwist::Measure);
 }

@@ -1,5 +1,4 @@
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,9 +9,9 @@
 #include <vector>
 
 #include "apps/progress.h"
-#include "apps/usage.h"
 #include "bench/cpu_clock.h"
 #include "bench/endless_flight.h"
+#include "bench/run_bench.h"
 #include "estimator/quantile.h"
 #include "estimator/sliding_window.h"
 #include "frontend/front_end.h"
@@ -112,23 +111,16 @@ Usage LongWindowUsage() {
 }
 
 std::optional<std::string> FlagProblem() {
-  for (const auto& problem : {CheckRange("frames", FLAGS_frames, kSettledFrames, 1e9),
-                              CheckRange("rate", FLAGS_rate, 1, 1000),
-                              CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 10),
-                              CheckRange("seed", FLAGS_seed, 0, 1e9)}) {
-    if (problem) return "--" + *problem;
-  }
-  return std::nullopt;
+  return FirstFlagProblem({CheckRange("frames", FLAGS_frames, kSettledFrames, 1e9),
+                           CheckRange("rate", FLAGS_rate, 1, 1000),
+                           CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 10),
+                           CheckRange("seed", FLAGS_seed, 0, 1e9)});
 }
 
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::LongWindowUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  if (const auto problem = tagtwist::FlagProblem()) return tagtwist::Fail(usage, *problem, 2);
-  const auto done = tagtwist::Measure();
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::RunBench(argc, argv, tagtwist::LongWindowUsage(), tagtwist::FlagProblem,
+                            tagtwist::Measure);
 }

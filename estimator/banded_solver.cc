@@ -55,7 +55,8 @@ BandedSolution SolveBanded(const SolveOptions& options, Graph* graph) {
   while (IsUsable(system) && damping < kMostDamping) {
     Damp(damping, &system.hessian);
     BlockBandedCholesky cholesky(std::move(system.hessian));
-    const bool last = out.summary.iterations == options.max_iterations;
+    const bool last = out.summary.iterations == options.max_iterations ||
+                      (out.summary.iterations > 0 && IsUp(options.time_up));
     if (last && damping == 0) {
       if (cholesky.ok()) Finish(std::move(cholesky), system.cost, &out);
       return out;

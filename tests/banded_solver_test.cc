@@ -113,6 +113,15 @@ TEST(BandedSolver, StopsAfterTheGivenIterations) {
   EXPECT_DOUBLE_EQ(bands.summary.final_cost, Linearize(graph).cost);
 }
 
+TEST(BandedSolver, StopsInTimeWithTheBestSoFar) {
+  Graph graph = Case(WhiteNoiseOn::kJerk).MakeGraph();
+  const double cost = Linearize(graph).cost;
+  const BandedSolution bands = SolveBanded({100, 1e-13, [] { return true; }}, &graph);
+  ASSERT_TRUE(bands.summary.usable && bands.normal_equations);
+  EXPECT_EQ(bands.summary.iterations, 1);
+  EXPECT_LT(bands.summary.final_cost, cost);
+}
+
 TEST(BandedSolver, RefusesStatesWhereAFactorCannotBeEvaluated) {
   Graph graph = Case(WhiteNoiseOn::kJerk).MakeGraph();
   graph.states[4].pose = MakePose(graph.states[4].pose.rotation(), {0, 0, -1});  // under the mat

@@ -1,0 +1,25 @@
+#include "bench/run_bench.h"
+
+#include <glog/logging.h>
+
+namespace tagtwist {
+
+int RunBench(int argc, char** argv, const Usage& usage,
+             const std::function<std::optional<std::string>()>& flag_problem,
+             const std::function<Status()>& measure) {
+  google::InitGoogleLogging(argv[0]);
+  ParseFlagsOrExit2(argc, argv, usage);
+  if (const auto problem = flag_problem()) return Fail(usage, *problem, 2);
+  const auto done = measure();
+  return done ? 0 : Fail(usage, done.error().message);
+}
+
+std::optional<std::string> FirstFlagProblem(
+    std::initializer_list<std::optional<std::string>> problems) {
+  for (const auto& problem : problems) {
+    if (problem) return "--" + *problem;
+  }
+  return std::nullopt;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,22 @@
+#pragma once
+#include <functional>
+#include <initializer_list>
+#include <optional>
+#include <string>
+
+#include "apps/usage.h"
+#include "frontend/types/result.h"
+
+namespace tagtwist {
+
+/// What a benchmark's main does: parses the flags, asks `flag_problem` ("--seeds: expected ..."),
+/// measures. Returns the process's status: 0; 1 for a fault, told in one line; 2 for wrong usage.
+int RunBench(int argc, char** argv, const Usage& usage,
+             const std::function<std::optional<std::string>()>& flag_problem,
+             const std::function<Status()>& measure);
+
+/// The first problem of flags ("seeds: expected ..."), as RunBench takes it.
+std::optional<std::string> FirstFlagProblem(
+    std::initializer_list<std::optional<std::string>> problems);
+
+}  // namespace tagtwist
