@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <optional>
 #include <vector>
 
@@ -57,18 +56,6 @@ NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open = Whi
 /// information would drown the measurements' in rounding.
 NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistics,
                        const EstimatorOptions& options);
-
-/// Aitken's delta-squared over the fixed-point rounds: every second round jumps to where the last
-/// steps, shrinking geometrically, would end. The plain iteration needs many rounds where data say
-/// little of a density.
-class NoiseExtrapolation {
- public:
-  /// The model to go on with after a round took `before` to `updated`.
-  NoiseModel Next(const NoiseModel& before, const NoiseModel& updated);
-
- private:
-  std::optional<std::array<double, 4>> last_step_;  // of the logarithms, in the round before
-};
 
 /// Largest change of a parameter between two models, as |log ratio| of standard deviations.
 double NoiseChange(const NoiseModel& a, const NoiseModel& b);

@@ -43,7 +43,7 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement,
   if (seen_.size() >= kFramesToRelyOn) predicted = PredictAt(measurement.t_ns);
   const GraphFrame* last = hypotheses_.empty() ? nullptr : &hypotheses_[0].input.frames.back();
   FrameStarts starts = StartFrame(setup_, noise_, measurement, last, predicted);
-  if (MustStartAnew(starts.excluded, measurement)) {
+  if (other_place_.Add(starts.excluded, measurement)) {
     out.lagged = EstimatesOfAll();
     Forget(seen_.size());
     hypotheses_.clear();
@@ -75,27 +75,6 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement,
     LetTheOldestLeave();
   }
   return out;
-}
-
-bool SlidingWindow::MustStartAnew(const std::optional<Pose>& excluded,
-                                  const FrameMeasurements& measurement) {
-  constexpr size_t kFrames = 3;
-  if (!excluded) {
-    if (!measurement.tags.empty()) set_aside_.clear();
-    return false;
-  }
-  GraphFrame frame;
-  frame.t_ns = measurement.t_ns;
-  frame.state.world_from_body = *excluded;
-  if (!set_aside_.empty()) {
-    const GraphFrame& before = set_aside_.back();
-    const double dt_s = ToSeconds(frame.t_ns - before.t_ns);
-    if (!IsWithinReach(before.state.world_from_body, *excluded, dt_s)) set_aside_.clear();
-  }
-  set_aside_.push_back(std::move(frame));
-  if (set_aside_.size() < kFrames) return false;
-  set_aside_.clear();
-  return true;
 }
 
 void SlidingWindow::AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts) {

@@ -7,6 +7,7 @@
 #include "estimator/frame_start.h"
 #include "estimator/graph_builder.h"
 #include "estimator/noise_learning.h"
+#include "estimator/other_place.h"
 #include "estimator/prediction_check.h"
 #include "estimator/tag_audit.h"
 #include "estimator/track_segments.h"
@@ -60,7 +61,6 @@ class SlidingWindow {
     std::vector<TagDetection> tags;  // all of them
   };
 
-  bool MustStartAnew(const std::optional<Pose>& excluded, const FrameMeasurements& measurement);
   void AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts);
   SolveOptions StepOptions(const TimeUp& time_up = {}) const;
   Status SolveAll(const TimeUp& time_up);
@@ -84,7 +84,7 @@ class SlidingWindow {
   bool mirror_is_open_ = true;                // since the start
   double mirror_angle_rad_ = 0;               // the largest of the frames in the window
   double mirror_cost_of_left_ = 0;            // of the frames that left meanwhile
-  std::vector<GraphFrame> set_aside_;         // the latest frames whose tags the motion excludes
+  OtherPlace other_place_;                    // that the latest frames tell
   std::optional<int64_t> last_tag_ns_;        // of the frames that left
   TagAudit audit_;                            // of the frames that left
   PredictionCheck prediction_check_;          // likewise

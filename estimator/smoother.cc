@@ -5,6 +5,7 @@
 
 #include "estimator/banded_solver.h"
 #include "estimator/linear_system.h"
+#include "estimator/noise_extrapolation.h"
 #include "residuals/motion_residual.h"
 #include "residuals/tag_reprojection_residual.h"
 
