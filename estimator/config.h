@@ -18,7 +18,7 @@ struct Config {
   Camera camera;
   Pose cam_from_body;
   TagMap map;                     // without the movable tags
-  std::vector<int> movable_tags;  // ids, ascending: they may be anywhere, and are passed over
+  std::vector<int> movable_tags = {};  // ids, ascending: they may be anywhere, and are passed over
   FrontEndOptions front_end;
   EstimatorOptions estimator;
   CalibrationOptions calibration;
@@ -33,7 +33,7 @@ struct ConfigFiles {
   std::string camera_file;  // a calibration (ReadCameraFile); before the configuration's camera
   std::string camera_name;  // which of its cameras
   TagMapFile map;           // before the configuration's tag map
-  std::vector<int> movable_tags;  // besides the configuration's
+  std::vector<int> movable_tags = {};  // besides the configuration's
 };
 
 /// Reads a configuration (docs/formats.md). Sections and keys that are left out keep their

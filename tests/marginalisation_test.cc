@@ -14,7 +14,7 @@ namespace tagtwist {
 namespace {
 
 constexpr int kStates = 9;
-constexpr SolveOptions kExact{50, 0.0};
+const SolveOptions kExact{50, 0.0};
 
 // Position and attitude measured at every state, no rotation: a linear problem.
 Factor Measurement(int state, const Eigen::Vector3d& position) {
