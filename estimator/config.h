@@ -17,7 +17,7 @@ namespace tagtwist {
 struct Config {
   Camera camera;
   Pose cam_from_body;
-  TagMap map;                     // without the movable tags
+  TagMap map;                          // without the movable tags
   std::vector<int> movable_tags = {};  // ids, ascending: they may be anywhere, and are passed over
   FrontEndOptions front_end;
   EstimatorOptions estimator;

@@ -10,7 +10,7 @@ namespace tagtwist {
 /// A fresh empty folder, removed with all its content at the end of the scope.
 class TempFolder {
  public:
-  TempFolder() : path_(::testing::TempDir() + "/tagtwist-test-XXXXXX") {
+  TempFolder() : path_(std::filesystem::path(::testing::TempDir()) / "tagtwist-test-XXXXXX") {
     EXPECT_NE(::mkdtemp(path_.data()), nullptr);
   }
   ~TempFolder() {
