@@ -1,7 +1,8 @@
 # Thin: each target is what one would type. On a fresh Debian 12 `make demo` and `make test` bring
 # everything they need (root or sudo).
-.PHONY: setup build demo test format lint clean
+.PHONY: setup build demo test install package format lint clean
 JOBS := $(shell nproc)
+PREFIX ?= /usr/local
 
 setup:
 	@scripts/setup
@@ -23,6 +24,14 @@ test: setup
 	@cmake --preset debug --log-level=WARNING
 	@cmake --build --preset debug --parallel $(JOBS)
 	@ctest --preset debug --parallel $(JOBS)
+
+# Programs, libraries and headers; `make install PREFIX=DIR` elsewhere than in /usr/local.
+install: build
+	@cmake --install build/release --prefix "$(PREFIX)"
+
+# Two Debian packages in build/release.
+package: build
+	@cd build/release && cpack
 
 format:
 	@scripts/setup lint

@@ -1,0 +1,43 @@
+# `cmake --install`: programs, libraries with their headers, and the package that find_package(tagtwist)
+# finds: tagtwist::types, tagtwist::frontend, tagtwist::residuals, tagtwist::estimator. `cpack`: the same as
+# two Debian packages, tagtwist (programs) and tagtwist-dev.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(libraries types frontend residuals estimator)
+foreach(library ${libraries})
+  set_target_properties(tagtwist_${library} PROPERTIES EXPORT_NAME ${library})
+  install(TARGETS tagtwist_${library} EXPORT tagtwist_targets
+    DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+endforeach()
+install(DIRECTORY frontend residuals estimator DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tagtwist COMPONENT dev
+  FILES_MATCHING PATTERN "*.h" PATTERN assets EXCLUDE)
+install(TARGETS tagtwist_compare tagtwist_estimate tagtwist_map tagtwist_simulate
+  DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+install(FILES configs/course.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/tagtwist
+  COMPONENT programs)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/tagtwist)
+install(EXPORT tagtwist_targets NAMESPACE tagtwist:: DESTINATION ${package_dir}
+  COMPONENT dev)
+configure_package_config_file(cmake/tagtwist-config.cmake.in
+  ${PROJECT_BINARY_DIR}/tagtwist-config.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/tagtwist-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/tagtwist-config.cmake
+  ${PROJECT_BINARY_DIR}/tagtwist-config-version.cmake DESTINATION ${package_dir} COMPONENT dev)
+
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests and benchmarks need not be built for it
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "the tagtwist developers <tagtwist@example.org>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Motion capture from a printed sheet of AprilTags")
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_ALL programs dev)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME tagtwist)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME tagtwist-dev)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+# The libraries are static: who links them needs all that they stand on.
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+  "libeigen3-dev, libceres-dev, libopencv-dev, libapriltag-dev, libmatio-dev, libhdf5-dev, zlib1g-dev, libtinyxml2-dev, libyaml-cpp-dev, nlohmann-json3-dev, pkg-config")
+include(CPack)

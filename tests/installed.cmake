@@ -1,0 +1,18 @@
+# Packs the build, installs it into an empty prefix, and builds and runs tests/installed/ against it, outside the
+# tree: -DBUILD=<build folder> -DEXAMPLE=<source folder> -DWORK=<folder to work in>.
+file(REMOVE_RECURSE ${WORK})
+file(COPY ${EXAMPLE}/ DESTINATION ${WORK}/source)
+foreach(step
+    "${CMAKE_COMMAND}|-E|chdir|${BUILD}|cpack|-B|${WORK}/packages"
+    "${CMAKE_COMMAND}|--install|${BUILD}|--prefix|${WORK}/prefix"
+    "${CMAKE_COMMAND}|-S|${WORK}/source|-B|${WORK}/build|-DCMAKE_PREFIX_PATH=${WORK}/prefix|-DCMAKE_BUILD_TYPE=Release"
+    "${CMAKE_COMMAND}|--build|${WORK}/build"
+    "${WORK}/build/example"
+    "${WORK}/prefix/bin/tagtwist_estimate|--version")
+  string(REPLACE "|" ";" command "${step}")
+  execute_process(COMMAND ${command} RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE out)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "${step}: ${status}\n${out}")
+  endif()
+endforeach()
+message(STATUS "${out}")

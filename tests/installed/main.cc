@@ -1,0 +1,46 @@
+// Frames in, states out: a simulated flight over the course's mat, estimated frame by frame and
+// then as a whole. With a recording, FrameMeasurements come from a DataSource and a FrontEnd
+// instead.
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "estimator/batch.h"
+#include "estimator/config.h"
+#include "estimator/sliding_window.h"
+#include "frontend/named_flights.h"
+#include "frontend/simulator.h"
+
+int main() {
+  const tagtwist::Config config = tagtwist::DefaultConfig();
+  const auto poses = tagtwist::MakeFlight("figure8", config.map, {3.0, 1.2});
+  const auto path = tagtwist::SplineTrajectory::Fit(*poses, {});
+  tagtwist::SimulatorOptions options;
+  options.images = false;
+  const auto simulator =
+      tagtwist::Simulator::Make(config.camera, config.cam_from_body, config.map, *path, options);
+  const auto setup = tagtwist::MakeEstimatorSetup(config.camera, config.cam_from_body, config.map,
+                                                  config.estimator);
+
+  tagtwist::SlidingWindow window(setup);
+  tagtwist::BatchEstimator batch(setup);
+  double worst_m = 0;
+  for (int i = 0; i < 120; ++i) {
+    const auto frame = simulator->MakeFrame(i, path->first_ns() + 20'000'000LL * i);
+    tagtwist::FrameMeasurements measurements;
+    measurements.t_ns = frame.t_ns;
+    measurements.tags = frame.detections;
+    const auto now = window.Add(measurements);
+    if (!now) return std::fprintf(stderr, "%s\n", now.error().message.c_str()), 1;
+    const auto& state = now->current.state;
+    const double off_m =
+        (state.world_from_body.translation() - frame.truth.world_from_body.translation()).norm();
+    if (off_m > worst_m) worst_m = off_m;
+    batch.Add(std::move(measurements));
+  }
+  const auto result = batch.Solve();
+  if (!result) return std::fprintf(stderr, "%s\n", result.error().message.c_str()), 1;
+  std::printf("window: at most %.1f mm off; batch: %zu frames\n", 1e3 * worst_m,
+              result->frames.size());
+  return worst_m < 0.02 && result->frames.size() == 120 ? 0 : 1;
+}
