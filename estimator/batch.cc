@@ -70,11 +70,16 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 // Of all states; calibrated where the prior's densities are learned.
 std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
                                               const Solution& solution) {
-  PriorCalibration calibration;
-  calibration.of_prior.assign(solution.graph.states.size(), StateCovariance::Zero());
-  if (!MotionIsLearned(options)) return Calibrated(1, calibration.of_prior, solution.covariance);
-  calibration = CalibratePrior(solution.graph);
-  return Calibrated(calibration.statistic.Power(), calibration.of_prior, solution.covariance);
+  std::vector<StateCovariance> out;
+  if (MotionIsLearned(options)) {
+    const PriorCalibration calibration = CalibratePrior(solution.graph);
+    out = Calibrated(calibration.statistic.Power(), calibration);
+  }
+  if (!out.empty()) return out;
+  for (int k = 0; k < solution.covariance.size(); ++k) {
+    out.push_back(BodyCovariance(solution.covariance, k));
+  }
+  return out;
 }
 
 // Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations

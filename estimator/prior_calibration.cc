@@ -60,22 +60,6 @@ Eigen::VectorXd Product(const BlockBandedMatrix& a, const Eigen::VectorXd& x) {
   return out;
 }
 
-// What is needed of an inverse; as a whole it is large, so that there should be one at a time.
-struct Inverse {
-  double trace = 0;  // tr(inverse motion)
-  std::vector<StateCovariance> states;
-};
-
-std::optional<Inverse> Invert(BlockBandedMatrix hessian, const BlockBandedMatrix& motion) {
-  BlockBandedCholesky cholesky(std::move(hessian));
-  if (!cholesky.ok()) return std::nullopt;
-  const BlockBandedMatrix p = std::move(cholesky).SelectedInverse();
-  Inverse out;
-  out.trace = TraceOfProduct(p, motion);
-  for (int k = 0; k < p.size(); ++k) out.states.push_back(p.At(k, k).topLeftCorner<12, 12>());
-  return out;
-}
-
 // Share of the prior in the state's information, in [0, 1].
 double PriorShare(const StateCovariance& of_prior, const StateCovariance& covariance) {
   return covariance.ldlt().solve(of_prior).trace() / static_cast<double>(covariance.rows());
@@ -108,47 +92,74 @@ double PowerStatistic::Power() const {
 }
 
 PriorCalibration CalibratePrior(const Graph& graph) {
-  PriorCalibration out;
-  const size_t size = graph.states.size();
-  out.of_prior.assign(size, StateCovariance::Zero());
-  if (size < 2) return out;
-  LinearSystem total = Linearize(graph);
-  const LinearSystem motion = Linearize(graph, MotionFactors(graph));
-  const auto inverse_at = [&](double log_scale) {
-    return Invert(Sum(total.hessian, motion.hessian, std::exp(log_scale) - 1), motion.hessian);
-  };
-  const auto stiff = inverse_at(kStep), loose = inverse_at(-kStep);
-  BlockBandedCholesky middle(std::move(total.hessian));
-  if (!stiff || !loose || !middle.ok()) return out;
-  for (size_t i = 0; i < size; ++i) {
-    out.of_prior[i] = (loose->states[i] - stiff->states[i]) / (2 * kStep);
-  }
-  const Eigen::VectorXd gradient =
-      motion.gradient - Product(motion.hessian, middle.Solve(total.gradient));
-  out.statistic.found = gradient.dot(middle.Solve(gradient));
-  const double trace = TraceOfProduct(std::move(middle).SelectedInverse(), motion.hessian);
-  const double trace_loose = std::exp(-kStep) * loose->trace;
-  const double trace_stiff = std::exp(kStep) * stiff->trace;
-  out.statistic.under_prior = (trace_stiff - trace_loose) / (2 * kStep);
-  const double slope = -(trace_loose - 2 * trace + trace_stiff) / (kStep * kStep);
-  out.statistic.noise_alone = (out.statistic.under_prior + slope) / 2;
+  PriorCalibrator calibrator(graph);
+  while (!calibrator.done()) calibrator.Step();
+  return calibrator.result();
+}
+
+PriorCalibrator::PriorCalibrator(const Graph& graph)
+    : total_(Linearize(graph)), motion_(Linearize(graph, MotionFactors(graph))) {
+  result_.of_prior.assign(graph.states.size(), StateCovariance::Zero());
+  if (graph.states.size() < 2) step_ = kSteps;
+}
+
+PriorCalibrator::BlocksOfInverse PriorCalibrator::Invert(BlockBandedCholesky cholesky) const {
+  const BlockBandedMatrix p = std::move(cholesky).SelectedInverse();
+  BlocksOfInverse out;
+  out.trace = TraceOfProduct(p, motion_.hessian);
+  for (int k = 0; k < p.size(); ++k) out.states.push_back(p.At(k, k).topLeftCorner<12, 12>());
   return out;
 }
 
-std::vector<StateCovariance> Calibrated(double power, const std::vector<StateCovariance>& of_prior,
-                                        const BlockBandedMatrix& covariance) {
-  std::vector<StateCovariance> out;
-  std::vector<double> shares;
-  for (int k = 0; k < covariance.size(); ++k) {
-    out.push_back(covariance.At(k, k).topLeftCorner<12, 12>());
-    shares.push_back(PriorShare(of_prior[static_cast<size_t>(k)], out.back()));
+std::optional<PriorCalibrator::BlocksOfInverse> PriorCalibrator::InvertAt(double log_scale) const {
+  BlockBandedCholesky cholesky(Sum(total_.hessian, motion_.hessian, std::exp(log_scale) - 1));
+  if (!cholesky.ok()) return std::nullopt;
+  return Invert(std::move(cholesky));
+}
+
+void PriorCalibrator::Step() {
+  switch (step_++) {
+    case 0:
+      stiff_ = InvertAt(kStep);
+      break;
+    case 1:
+      loose_ = InvertAt(-kStep);
+      break;
+    default:
+      Finish();
   }
+}
+
+void PriorCalibrator::Finish() {
+  BlockBandedCholesky middle(std::move(total_.hessian));
+  if (!stiff_ || !loose_ || !middle.ok()) return;
+  for (size_t i = 0; i < result_.of_prior.size(); ++i) {
+    result_.of_prior[i] = (loose_->states[i] - stiff_->states[i]) / (2 * kStep);
+  }
+  const Eigen::VectorXd gradient =
+      motion_.gradient - Product(motion_.hessian, middle.Solve(total_.gradient));
+  result_.statistic.found = gradient.dot(middle.Solve(gradient));
+  BlocksOfInverse inverse = Invert(std::move(middle));
+  result_.covariances = std::move(inverse.states);
+  const double trace_loose = std::exp(-kStep) * loose_->trace;
+  const double trace_stiff = std::exp(kStep) * stiff_->trace;
+  result_.statistic.under_prior = (trace_stiff - trace_loose) / (2 * kStep);
+  const double slope = -(trace_loose - 2 * inverse.trace + trace_stiff) / (kStep * kStep);
+  result_.statistic.noise_alone = (result_.statistic.under_prior + slope) / 2;
+}
+
+std::vector<StateCovariance> Calibrated(double power, const PriorCalibration& calibration) {
+  std::vector<StateCovariance> out = calibration.covariances;
   if (power == 1 || out.empty()) return out;
+  std::vector<double> shares;
+  for (size_t i = 0; i < out.size(); ++i) {
+    shares.push_back(PriorShare(calibration.of_prior[i], out[i]));
+  }
   const double typical = Quantile(shares, 0.5);
   for (size_t i = 0; i < out.size(); ++i) {
     const double of_measurements = std::clamp((1 - shares[i]) / (1 - typical), 0.0, 1.0);
     const double weight = power < 1 ? of_measurements * of_measurements : 1.0;
-    out[i] += weight * (power - 1) * of_prior[i];
+    out[i] += weight * (power - 1) * calibration.of_prior[i];
   }
   return out;
 }

@@ -1,8 +1,10 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "estimator/block_banded.h"
 #include "estimator/graph.h"
+#include "estimator/linear_system.h"
 #include "frontend/types/body_state.h"
 
 namespace tagtwist {
@@ -31,6 +33,8 @@ struct PriorCalibration {
   /// The share of each state's covariance that comes of the prior, P A'A P: the variance of the
   /// smoothed states' bias if the prior holds. The rest is the measurements' noise.
   std::vector<StateCovariance> of_prior;
+  std::vector<StateCovariance> covariances;  // of the states, of which that is a part; none where
+                                             // the normal equations are not positive definite
 };
 
 /// At the solution of a graph, or one step from it: with whitened motion residuals r = A x, the
@@ -39,10 +43,36 @@ struct PriorCalibration {
 /// traces are derivatives of tr(M) by the logarithm of the density.
 PriorCalibration CalibratePrior(const Graph& graph);
 
-/// `covariance` of each state with its prior's share scaled by the power. States that hang mostly
-/// on the prior (gaps) keep theirs where the power is below 1: there the motion that was resolved
+/// The same in steps of like length, for whoever has little time at once: the graph is linearised
+/// at first, and each of three steps factorises and inverts.
+class PriorCalibrator {
+ public:
+  explicit PriorCalibrator(const Graph& graph);
+  bool done() const { return step_ == kSteps; }
+  void Step();
+  /// Once it is done.
+  const PriorCalibration& result() const { return result_; }
+
+ private:
+  static constexpr int kSteps = 3;
+  // What is needed of an inverse; as a whole it is large, so that there should be one at a time.
+  struct BlocksOfInverse {
+    double trace = 0;  // tr(inverse motion)
+    std::vector<StateCovariance> states;
+  };
+  BlocksOfInverse Invert(BlockBandedCholesky cholesky) const;
+  std::optional<BlocksOfInverse> InvertAt(double log_scale) const;
+  void Finish();
+
+  LinearSystem total_, motion_;
+  std::optional<BlocksOfInverse> stiff_, loose_;
+  PriorCalibration result_;
+  int step_ = 0;
+};
+
+/// The states' covariances with the prior's share scaled by the power. States that hang mostly on
+/// the prior (gaps) keep theirs where the power is below 1: there the motion that was resolved
 /// elsewhere counts, which set the density.
-std::vector<StateCovariance> Calibrated(double power, const std::vector<StateCovariance>& of_prior,
-                                        const BlockBandedMatrix& covariance);
+std::vector<StateCovariance> Calibrated(double power, const PriorCalibration& calibration);
 
 }  // namespace tagtwist

@@ -2,14 +2,12 @@
 
 #include <cmath>
 
-#include "estimator/linear_system.h"
-#include "estimator/smoother.h"
-
 namespace tagtwist {
 namespace {
 
-constexpr size_t kStretch = 75;  // frames
-constexpr double kFade = 0.7;    // weight that a stretch keeps when the next one comes
+// Frames of a stretch, and between two: the few that do the work stay below one in a hundred.
+constexpr size_t kStretch = 75, kBetween = 450;
+constexpr double kFade = 0.7;  // weight that a stretch keeps when the next one comes
 
 // Of the square roots of the parts' variances, pooled over the axes.
 StateVector Ratio(const StateCovariance& calibrated, const StateCovariance& covariance) {
@@ -26,6 +24,10 @@ StateVector Ratio(const StateCovariance& calibrated, const StateCovariance& cova
 
 void WindowCalibration::Add(const EstimatorSetup& setup, const NoiseModel& noise,
                             const std::vector<GraphFrame>& window) {
+  if (calibrator_) {
+    calibrator_->Step();
+    if (calibrator_->done()) Finish();
+  }
   if (passed_over_ > 0) {
     --passed_over_;
     return;
@@ -33,24 +35,23 @@ void WindowCalibration::Add(const EstimatorSetup& setup, const NoiseModel& noise
   stretch_.push_back(window.front());
   if (stretch_.size() < kStretch) return;
   stretch_.insert(stretch_.end(), window.begin() + 1, window.end());
-  Update(setup, noise, kStretch - 1);
+  GraphInput input;
+  input.frames = std::move(stretch_);
+  calibrator_.emplace(BuildGraph(setup, noise, input));
   stretch_.clear();
-  passed_over_ = kStretch;
+  passed_over_ = kBetween;
 }
 
-void WindowCalibration::Update(const EstimatorSetup& setup, const NoiseModel& noise,
-                               size_t leaving) {
-  GraphInput input;
-  input.frames = stretch_;
-  const Graph graph = BuildGraph(setup, noise, input);
-  const BlockBandedCholesky cholesky(Linearize(graph).hessian);
-  if (!cholesky.ok()) return;
-  const PriorCalibration calibration = CalibratePrior(graph);
-  statistic_ = statistic_ * kFade;
-  statistic_ += calibration.statistic;
-  const BlockBandedMatrix covariance = cholesky.SelectedInverse();
-  const auto calibrated = Calibrated(statistic_.Power(), calibration.of_prior, covariance);
-  scale_ = Ratio(calibrated[leaving], BodyCovariance(covariance, static_cast<int>(leaving)));
+void WindowCalibration::Finish() {
+  const PriorCalibration& calibration = calibrator_->result();
+  if (!calibration.covariances.empty()) {
+    constexpr size_t kLeaving = kStretch - 1;  // it left when the stretch was full
+    statistic_ = statistic_ * kFade;
+    statistic_ += calibration.statistic;
+    const auto calibrated = Calibrated(statistic_.Power(), calibration);
+    scale_ = Ratio(calibrated[kLeaving], calibration.covariances[kLeaving]);
+  }
+  calibrator_.reset();
 }
 
 }  // namespace tagtwist

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "estimator/estimate.h"
@@ -8,8 +9,8 @@
 namespace tagtwist {
 
 /// PriorCalibration for a window, of stretches of the frames that left it: over a window alone the
-/// prior cannot be judged. Between two stretches as many frames are passed over, so that the cost,
-/// some milliseconds a stretch, falls on few frames.
+/// prior cannot be judged. The work on a stretch, some milliseconds, is spread over the frames that
+/// follow, which no stretch takes.
 class WindowCalibration {
  public:
   /// The first frame of the window, smoothed, leaves it.
@@ -24,11 +25,12 @@ class WindowCalibration {
   const StateVector& scale() const { return scale_; }
 
  private:
-  void Update(const EstimatorSetup& setup, const NoiseModel& noise, size_t leaving);
+  void Finish();
 
   std::vector<GraphFrame> stretch_;
-  size_t passed_over_ = 0;    // frames since the last stretch
-  PowerStatistic statistic_;  // fading
+  size_t passed_over_ = 0;                     // frames yet to come before the next stretch
+  std::optional<PriorCalibrator> calibrator_;  // of the last stretch, while it is at work
+  PowerStatistic statistic_;                   // fading
   StateVector scale_ = StateVector::Ones();
 };
 

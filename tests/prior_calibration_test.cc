@@ -124,7 +124,7 @@ TEST(PriorCalibration, AGapKeepsItsCovariance) {
   for (size_t i = 20; i < 45; ++i) blind[i].tags.clear();
   const Solution solution = Solved(model, blind);
   const PriorCalibration calibration = CalibratePrior(solution.graph);
-  const auto covariances = Calibrated(0.05, calibration.of_prior, solution.covariance);
+  const auto covariances = Calibrated(0.05, calibration);
   const auto twist_ratio = [&](size_t i) {
     const auto k = static_cast<int>(i);
     return covariances[i].bottomRightCorner<6, 6>().trace() /
