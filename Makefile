@@ -16,7 +16,8 @@ build: setup
 demo: build
 	@scripts/demo
 
-# Every test, in release and then under the address and undefined-behaviour sanitizers.
+# Every test in release, and then all but the slow and real-data ones under the address and
+# undefined-behaviour sanitizers.
 test: setup
 	@cmake --preset release --log-level=WARNING
 	@cmake --build --preset release --parallel $(JOBS)
