@@ -95,11 +95,9 @@ double SearchTimeOffset(const PoseSeries& series, const std::vector<TruthSample>
   return 0.5 * (low + high);
 }
 
-// Hand-eye from two starts, for positions alone may leave the rotation open, and rotations alone
-// cannot tell the two sides apart.
-Alignment EstimateHandEye(const PoseSeries& series, const std::vector<TruthSample>& truth,
-                          double time_offset_s, const AlignmentOptions& options) {
-  const auto matches = MatchTruth(series, truth, time_offset_s, options.max_truth_gap_s);
+// Two starts of a hand-eye alignment, for positions alone may leave the rotation open, and
+// rotations alone cannot tell the two sides apart.
+std::vector<Alignment> HandEyeStarts(const std::vector<TruthMatch>& matches, double time_offset_s) {
   Alignment by_position, by_rotation;
   by_position.time_offset_s = by_rotation.time_offset_s = time_offset_s;
   by_position.truth_from_world = AlignPositions(matches);
@@ -112,9 +110,7 @@ Alignment EstimateHandEye(const PoseSeries& series, const std::vector<TruthSampl
   }
   by_position.body_from_marker = MakePose(MeanRotation(right), Eigen::Vector3d::Zero());
   by_rotation.truth_from_world = WithFittedTranslation(MeanRotation(left), matches);
-  const HandEyeResult a = RefineHandEye(series, truth, by_position, options);
-  const HandEyeResult b = RefineHandEye(series, truth, by_rotation, options);
-  return a.cost <= b.cost ? a.alignment : b.alignment;
+  return {by_position, by_rotation};
 }
 
 }  // namespace
@@ -157,7 +153,7 @@ Result<Alignment> EstimateAlignment(const PoseSeries& series, const std::vector<
   }
   if (options.kind == AlignmentKind::kSe3) out.truth_from_world = AlignPositions(matches);
   if (options.kind == AlignmentKind::kHandEye) {
-    return EstimateHandEye(series, truth, out.time_offset_s, options);
+    return AlignHandEye(series, truth, HandEyeStarts(matches, out.time_offset_s), options);
   }
   return out;
 }

@@ -18,11 +18,18 @@ enum class AlignmentKind {
 const char* ToString(AlignmentKind kind);  // "none", "se3", "handeye"
 std::optional<AlignmentKind> ParseAlignmentKind(const std::string& name);
 
+/// Standard deviations of an alignment: of poses in their tangents (pose.h), [rad; m]; 0: held.
+struct AlignmentSigmas {
+  Eigen::Matrix<double, 6, 1> truth_from_world, body_from_marker;
+  double time_offset_s = 0;
+};
+
 /// truth(stamp + time_offset_s) ~ truth_from_world * world_from_body * body_from_marker.
 struct Alignment {
   Pose truth_from_world;
   Pose body_from_marker;
   double time_offset_s = 0;
+  std::optional<AlignmentSigmas> sigmas;  // of a hand-eye alignment
 };
 
 struct AlignmentOptions {
@@ -30,7 +37,6 @@ struct AlignmentOptions {
   double time_offset_s = 0;           // where it is not estimated
   bool estimate_time_offset = false;  // searched in time_offset_s +- max_time_offset_s
   double max_time_offset_s = 0.5;     // [s], > 0
-  double metres_per_radian = 1;       // hand-eye: 1 rad of misfit weighs as much as this [m], > 0
   double max_truth_gap_s = 0.1;       // see InterpolateTruth
 };
 

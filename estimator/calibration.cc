@@ -14,6 +14,7 @@ namespace tagtwist {
 namespace {
 
 constexpr int kLeastFrames = 20;
+constexpr double kClockSigmas = 3;  // as far as the clock may move, there is truth at hand
 
 CalibrationState StateOf(const Config& config) {
   CalibrationState out;
@@ -23,26 +24,19 @@ CalibrationState StateOf(const Config& config) {
   return out;
 }
 
-// Truth that stays at hand while the clock moves by three of its sigmas.
-bool HasTruth(const std::vector<TruthSample>& truth, int64_t t_ns, double clock_sigma_s) {
-  const int64_t margin_ns = std::llround(3e9 * clock_sigma_s);
-  return InterpolateTruth(truth, t_ns, kMaxTruthGapS) &&
-         InterpolateTruth(truth, t_ns - margin_ns, kMaxTruthGapS) &&
-         InterpolateTruth(truth, t_ns + margin_ns, kMaxTruthGapS);
-}
-
 std::vector<CalibrationFrame> MakeFrames(const Config& config, const std::vector<GraphFrame>& seeds,
                                          const std::vector<TruthSample>& truth) {
   std::unordered_map<int, int> index;
   for (const Tag& tag : config.map.tags()) index.emplace(tag.id, static_cast<int>(index.size()));
   const Pose body_from_cam = Inverse(config.cam_from_body);
+  const double clock_sigma_s = config.calibration.time_offset_sigma_s;
   std::vector<CalibrationFrame> out;
   for (const GraphFrame& seed : seeds) {
     if (seed.tags.empty()) continue;
     CalibrationFrame frame;
     frame.t_ns = seed.t_ns;
     frame.world_from_cam = seed.state.world_from_body * body_from_cam;
-    frame.has_truth = HasTruth(truth, seed.t_ns, config.calibration.time_offset_sigma_s);
+    frame.has_truth = HasTruthAround(truth, seed.t_ns, kClockSigmas * clock_sigma_s, kMaxTruthGapS);
     std::vector<CalibrationView> views;
     for (const TagDetection& tag : seed.tags) {
       CalibrationView view;

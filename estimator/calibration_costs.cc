@@ -21,9 +21,10 @@ std::optional<WhitenedTruth> LinearizeTruth(const CalibrationProblem& problem,
                                             const CalibrationFrame& frame,
                                             const CalibrationNoise& noise) {
   const int64_t t_ns = frame.t_ns + std::llround(1e9 * state.time_offset_s);
-  const auto truth = InterpolateTruth(problem.truth, t_ns, kMaxTruthGapS);
+  const auto truth = InterpolateTruth(problem.truth, t_ns, problem.max_truth_gap_s);
   if (!truth) return std::nullopt;
-  const Twist rate = DifferentiateTruth(problem.truth, t_ns, kMaxTruthGapS).value_or(Twist());
+  const Twist rate =
+      DifferentiateTruth(problem.truth, t_ns, problem.max_truth_gap_s).value_or(Twist());
   const TruthResidual at = EvaluateTruth(truth->world_from_body, rate, state.truth_from_world,
                                          frame.world_from_cam, state.cam_from_body);
   Eigen::Matrix<double, 6, 1> weights;

@@ -91,6 +91,25 @@ void Subtract(const Eigen::Matrix<double, 6, Eigen::Dynamic>& half,
   }
 }
 
+std::vector<int> EntriesOf(const FrameColumns& columns) {
+  std::vector<int> out;
+  for (int i = 0; i < columns.globals; ++i) out.push_back(i);
+  for (const int first : columns.tags) {
+    for (int i = 0; i < 6; ++i) out.push_back(first + i);
+  }
+  return out;
+}
+
+// A pose that is known stays where it is.
+EliminatedFrame Keep(const FrameColumns& columns) {
+  EliminatedFrame frame;
+  frame.columns = EntriesOf(columns);
+  frame.by_shared.setZero(6, columns.size());
+  frame.offset.setZero();
+  frame.covariance.setZero();
+  return frame;
+}
+
 // Eliminates the pose.
 EliminatedFrame Eliminate(PoseNormals pose, const Eigen::Matrix<double, 6, Eigen::Dynamic>& by_all,
                           const FrameColumns& columns, double damping, CalibrationNormals* out) {
@@ -113,10 +132,7 @@ EliminatedFrame Eliminate(PoseNormals pose, const Eigen::Matrix<double, 6, Eigen
     llt.matrixU().solveInPlace(column);
     frame.by_shared.col(j) = column;
   }
-  for (int i = 0; i < columns.globals; ++i) frame.columns.push_back(i);
-  for (const int first : columns.tags) {
-    for (int i = 0; i < 6; ++i) frame.columns.push_back(first + i);
-  }
+  frame.columns = EntriesOf(columns);
   out->pose_gain += 0.5 * half_gradient.squaredNorm();
   return frame;
 }
@@ -166,7 +182,8 @@ CalibrationNormals LinearizeCalibration(const CalibrationProblem& problem,
       out.cost += loss.cost;
       AddTruth(*truth, loss.weight, layout.mount(), &out, &pose, &by_columns);
     }
-    out.frames.push_back(Eliminate(pose, by_columns, columns, damping, &out));
+    out.frames.push_back(frame.pose_known ? Keep(columns)
+                                          : Eliminate(pose, by_columns, columns, damping, &out));
   }
   AddPrior(problem, state, &out);
   out.information.triangularView<Eigen::StrictlyUpper>() = out.information.transpose();

@@ -147,6 +147,7 @@ CalibrationProblem Restrict(const CalibrationProblem& problem,
   CalibrationProblem out;
   out.prior = problem.prior;
   out.truth = problem.truth;
+  out.max_truth_gap_s = problem.max_truth_gap_s;
   out.robust_scale = problem.robust_scale;
   out.prior_sigmas = problem.prior_sigmas;
   for (size_t i = 0; i < parameters.size(); ++i) {

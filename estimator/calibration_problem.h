@@ -70,10 +70,12 @@ struct CalibrationView {
   Eigen::Matrix<double, 8, 8> whitener = Eigen::Matrix<double, 8, 8>::Identity();  // of pixels
 };
 
-/// A frame: its pose is free, nothing ties it to its neighbours. Copies share the views.
+/// A frame: its pose is free, unless it is known, and nothing ties it to its neighbours. Copies
+/// share the views.
 struct CalibrationFrame {
   int64_t t_ns = 0;
   Pose world_from_cam;
+  bool pose_known = false;
   bool has_truth = false;
   std::shared_ptr<const std::vector<CalibrationView>> shared_views;
 
@@ -98,6 +100,7 @@ struct CalibrationProblem {
   Eigen::VectorXd prior_sigmas;  // of the error state; 0: held
   std::vector<CalibrationFrame> frames;
   std::vector<TruthSample> truth;
+  double max_truth_gap_s = kMaxTruthGapS;
   double robust_scale = 2;  // Huber threshold of a block, in root mean squares
 };
 

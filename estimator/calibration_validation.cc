@@ -37,7 +37,7 @@ void AddSamples(const CalibrationProblem& problem, const CalibrationState& state
   }
   if (!has_truth) return;
   const auto truth = InterpolateTruth(
-      problem.truth, frame.t_ns + std::llround(1e9 * state.time_offset_s), kMaxTruthGapS);
+      problem.truth, frame.t_ns + std::llround(1e9 * state.time_offset_s), problem.max_truth_gap_s);
   if (!truth) return;
   const Pose body = state.truth_from_world * frame.world_from_cam * state.cam_from_body;
   out->truth_m.push_back((body.translation() - truth->world_from_body.translation()).norm());

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdio>
 
+#include "estimator/format_text.h"
+
 namespace tagtwist {
 namespace {
 
@@ -77,6 +79,26 @@ std::string Align(const TextTable& table) {
   return out;
 }
 
+// Where the hand-eye alignment found the marker, a line a trajectory.
+std::string HandEyeNotes(const std::vector<ComparisonRow>& rows) {
+  std::string out;
+  for (const ComparisonRow& row : rows) {
+    if (!row.accuracy || !row.accuracy->alignment.sigmas) continue;
+    const Alignment& a = row.accuracy->alignment;
+    const Eigen::Vector3d mm = 1e3 * a.body_from_marker.translation(),
+                          sigma_mm = 1e3 * a.sigmas->body_from_marker.tail<3>();
+    out += Shorten(row.name) + Format(": marker in the body at %.1f %.1f %.1f mm +- %.1f %.1f %.1f",
+                                      mm.x(), mm.y(), mm.z(), sigma_mm.x(), sigma_mm.y(),
+                                      sigma_mm.z());
+    if (a.sigmas->time_offset_s > 0) {
+      out +=
+          Format("; clock %.2f ms +- %.2f", 1e3 * a.time_offset_s, 1e3 * a.sigmas->time_offset_s);
+    }
+    out += "\n";
+  }
+  return out;
+}
+
 }  // namespace
 
 ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& series,
@@ -132,15 +154,16 @@ TextTable ComparisonCells(const std::vector<ComparisonRow>& rows, double rpe_sec
 
 std::string ComparisonNotes(const std::vector<ComparisonRow>& rows) {
   if (!AnyAccuracy(rows)) return "noise: RMS of second differences / sqrt(6), of 3-D norms\n";
+  const std::string hand_eye = HandEyeNotes(rows);
   for (auto row = rows.rbegin(); row != rows.rend(); ++row) {
     if (!row->accuracy) continue;
     const auto& nees = row->accuracy->nees ? row->accuracy->nees : row->accuracy->nees_pose;
     if (!nees) continue;
-    return "NEES/dof: 1 where the covariance is right; 95% band " +
+    return hand_eye + "NEES/dof: 1 where the covariance is right; 95% band " +
            Number(nees->band_low / nees->dof, "%.2f") + " to " +
            Number(nees->band_high / nees->dof, "%.2f") + " if errors were independent\n";
   }
-  return "";
+  return hand_eye;
 }
 
 std::string FormatComparisonTable(const std::vector<ComparisonRow>& rows, double rpe_seconds) {

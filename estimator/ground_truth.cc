@@ -33,6 +33,14 @@ std::optional<TruthSample> InterpolateTruth(const std::vector<TruthSample>& trut
   return out;
 }
 
+bool HasTruthAround(const std::vector<TruthSample>& truth, int64_t t_ns, double margin_s,
+                    double max_gap_s) {
+  const int64_t margin_ns = std::llround(1e9 * margin_s);
+  return InterpolateTruth(truth, t_ns, max_gap_s) &&
+         InterpolateTruth(truth, t_ns - margin_ns, max_gap_s) &&
+         InterpolateTruth(truth, t_ns + margin_ns, max_gap_s);
+}
+
 std::optional<Twist> DifferentiateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
                                         double max_gap_s) {
   constexpr int64_t kStepNs = 10'000'000;

@@ -1,121 +1,91 @@
 #include "estimator/hand_eye.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <string>
+#include <utility>
 
-#include "frontend/types/so3.h"
+#include "estimator/calibration_solver.h"
 
 namespace tagtwist {
 namespace {
 
-// Unknowns: [A rotation, A translation, M rotation, M translation, offset]; rotations are
-// perturbed on the right.
-using Vector13 = Eigen::Matrix<double, 13, 1>;
-using Matrix13 = Eigen::Matrix<double, 13, 13>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Jacobian = Eigen::Matrix<double, 6, 13>;
+// Wide enough to say nothing where the motion says anything.
+constexpr double kPositionSigmaM = 10, kRotationSigmaRad = 3, kClockSigmaS = 1;
+constexpr double kClockReachS = 0.05;  // from a start's clock; as far there is truth at hand
+constexpr size_t kLeastFrames = 3;
 
-Vector6 Misfit(const TruthMatch& match, const Alignment& alignment, double metres_per_radian) {
-  const Pose predicted =
-      alignment.truth_from_world * match.estimate.world_from_body * alignment.body_from_marker;
-  const Pose& truth = match.truth.world_from_body;
-  Vector6 r;
-  r << predicted.translation() - truth.translation(),
-      metres_per_radian * LogSo3(truth.rotation().conjugate() * predicted.rotation());
-  return r;
-}
-
-Jacobian MisfitJacobian(const TruthMatch& match, const Alignment& alignment, const Vector6& misfit,
-                        const Twist& rate, double metres_per_radian) {
-  const Eigen::Matrix3d a = alignment.truth_from_world.rotation().toRotationMatrix();
-  const Eigen::Matrix3d r = match.estimate.world_from_body.rotation().toRotationMatrix();
-  const Eigen::Matrix3d m = alignment.body_from_marker.rotation().toRotationMatrix();
-  const Eigen::Vector3d log = misfit.tail<3>() / metres_per_radian;
-  const Eigen::Matrix3d log_from_right = metres_per_radian * RightJacobianInverseSo3(log);
-  Jacobian j = Jacobian::Zero();
-  j.block<3, 3>(0, 0) =
-      -a * Hat(match.estimate.world_from_body * alignment.body_from_marker.translation());
-  j.block<3, 3>(0, 3).setIdentity();
-  j.block<3, 3>(0, 9) = a * r;
-  j.block<3, 1>(0, 12) = -rate.v_world;
-  j.block<3, 3>(3, 0) = log_from_right * (r * m).transpose();
-  j.block<3, 3>(3, 6) = log_from_right;
-  j.block<3, 1>(3, 12) = -metres_per_radian * RightJacobianInverseSo3(-log) * rate.omega_body;
-  return j;
-}
-
-struct NormalEquations {
-  Matrix13 hessian = Matrix13::Zero();
-  Vector13 gradient = Vector13::Zero();
-  double cost = 0;  // mean squared misfit
-};
-
-double Cost(const std::vector<TruthMatch>& matches, const Alignment& alignment, double weight) {
-  double sum = 0;
-  for (const TruthMatch& match : matches) sum += Misfit(match, alignment, weight).squaredNorm();
-  return matches.empty() ? std::numeric_limits<double>::infinity()
-                         : sum / static_cast<double>(matches.size());
-}
-
-NormalEquations Linearise(const std::vector<TruthMatch>& matches,
-                          const std::vector<TruthSample>& truth, const Alignment& alignment,
-                          const AlignmentOptions& options) {
-  NormalEquations out;
-  for (const TruthMatch& match : matches) {
-    const Vector6 r = Misfit(match, alignment, options.metres_per_radian);
-    Twist rate;
-    if (options.estimate_time_offset) {
-      rate = DifferentiateTruth(truth, match.truth.t_ns, options.max_truth_gap_s).value_or(Twist());
-    }
-    const Jacobian j = MisfitJacobian(match, alignment, r, rate, options.metres_per_radian);
-    out.hessian += j.transpose() * j;
-    out.gradient += j.transpose() * r;
-    out.cost += r.squaredNorm();
+CalibrationProblem ProblemFrom(const PoseSeries& series, const std::vector<TruthSample>& truth,
+                               const Alignment& start, const AlignmentOptions& options) {
+  CalibrationProblem out;
+  out.prior.cam_from_body = start.body_from_marker;
+  out.prior.truth_from_world = start.truth_from_world;
+  out.prior.time_offset_s = start.time_offset_s;
+  out.truth = truth;
+  out.max_truth_gap_s = options.max_truth_gap_s;
+  const CalibrationLayout layout = LayoutOf(out.prior);
+  out.prior_sigmas.setZero(layout.size());
+  for (const int first : {layout.mount(), layout.world()}) {
+    out.prior_sigmas.segment<3>(first).setConstant(kRotationSigmaRad);
+    out.prior_sigmas.segment<3>(first + 3).setConstant(kPositionSigmaM);
   }
-  out.cost /= static_cast<double>(matches.size());
+  if (options.estimate_time_offset) out.prior_sigmas(layout.clock()) = kClockSigmaS;
+  const int64_t offset_ns = std::llround(1e9 * start.time_offset_s);
+  const double reach_s = options.estimate_time_offset ? kClockReachS : 0;
+  const auto no_views = std::make_shared<const std::vector<CalibrationView>>();
+  for (const PoseSample& sample : series) {
+    CalibrationFrame frame;
+    frame.t_ns = sample.t_ns;
+    frame.world_from_cam = sample.world_from_body;
+    frame.pose_known = frame.has_truth = true;
+    frame.shared_views = no_views;
+    if (HasTruthAround(truth, frame.t_ns + offset_ns, reach_s, options.max_truth_gap_s)) {
+      out.frames.push_back(std::move(frame));
+    }
+  }
   return out;
 }
 
-Alignment Step(const Alignment& from, const Vector13& d) {
-  return {MakePose(from.truth_from_world.rotation() * ExpSo3(d.segment<3>(0)),
-                   from.truth_from_world.translation() + d.segment<3>(3)),
-          MakePose(from.body_from_marker.rotation() * ExpSo3(d.segment<3>(6)),
-                   from.body_from_marker.translation() + d.segment<3>(9)),
-          from.time_offset_s + d(12)};
+// By least squares, the misfits weighed as a calibration begins with.
+CalibrationSolution PlainFit(CalibrationProblem problem) {
+  problem.robust_scale = std::numeric_limits<double>::infinity();
+  return SolveCalibration(problem, problem.prior, CalibrationNoise());
+}
+
+Alignment AlignmentOf(const CalibrationSolution& solution) {
+  const CalibrationLayout layout = LayoutOf(solution.state);
+  const Eigen::VectorXd sigmas = solution.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  Alignment out;
+  out.truth_from_world = solution.state.truth_from_world;
+  out.body_from_marker = solution.state.cam_from_body;
+  out.time_offset_s = solution.state.time_offset_s;
+  out.sigmas = AlignmentSigmas{sigmas.segment<6>(layout.world()), sigmas.segment<6>(layout.mount()),
+                               sigmas(layout.clock())};
+  return out;
 }
 
 }  // namespace
 
-HandEyeResult RefineHandEye(const PoseSeries& series, const std::vector<TruthSample>& truth,
-                            const Alignment& initial, const AlignmentOptions& options) {
-  const auto match_at = [&](const Alignment& alignment) {
-    return MatchTruth(series, truth, alignment.time_offset_s, options.max_truth_gap_s);
-  };
-  HandEyeResult best{initial, 0};
-  std::vector<TruthMatch> matches = match_at(initial);
-  if (matches.empty()) return {initial, std::numeric_limits<double>::infinity()};
-  double damping = 1e-6;
-  for (int iteration = 0; iteration < 100 && damping < 1e9; ++iteration) {
-    const NormalEquations equations = Linearise(matches, truth, best.alignment, options);
-    best.cost = equations.cost;
-    Matrix13 damped = equations.hessian;
-    damped.diagonal() += damping * equations.hessian.diagonal();
-    damped.diagonal().array() += 1e-12;  // directions that nothing speaks of stay put
-    const Vector13 step = -damped.ldlt().solve(equations.gradient);
-    const Alignment candidate = Step(best.alignment, step);
-    std::vector<TruthMatch> moved = match_at(candidate);
-    if (!(Cost(moved, candidate, options.metres_per_radian) <= best.cost)) {
-      damping *= 10;
-      continue;
+Result<Alignment> AlignHandEye(const PoseSeries& series, const std::vector<TruthSample>& truth,
+                               const std::vector<Alignment>& starts,
+                               const AlignmentOptions& options) {
+  CalibrationProblem problem;
+  CalibrationSolution best;
+  for (const Alignment& start : starts) {
+    CalibrationProblem from = ProblemFrom(series, truth, start, options);
+    if (from.frames.size() < kLeastFrames) {
+      return Error{"hand-eye alignment needs at least 3 poses with ground truth at hand, got " +
+                   std::to_string(from.frames.size())};
     }
-    best.alignment = candidate;
-    matches = std::move(moved);
-    damping = std::max(damping / 10, 1e-12);
-    if (step.norm() < 1e-12) break;
+    CalibrationSolution fit = PlainFit(from);
+    if (!fit.usable || (best.usable && !(fit.cost < best.cost))) continue;
+    problem = std::move(from);
+    best = std::move(fit);
   }
-  best.cost = Cost(matches, best.alignment, options.metres_per_radian);
-  return best;
+  if (best.usable) best = SolveAndLearnNoise(problem, best.state, CalibrationNoise(), false);
+  if (!best.usable) return Error{"hand-eye alignment has no solution"};
+  return AlignmentOf(best);
 }
 
 }  // namespace tagtwist

@@ -5,16 +5,14 @@
 
 namespace tagtwist {
 
-/// Refines an alignment so that the sum over all matches of |position misfit|^2 +
-/// (metres_per_radian |rotation misfit|)^2 is least: Levenberg-Marquardt over truth_from_world,
-/// body_from_marker and, when options.estimate_time_offset, the time offset. Misfits are
-///   A (p + R l) + a - p_truth  and  Log(R_truth' A R M),
-/// A, a = truth_from_world; R, p = world_from_body; M, l = body_from_marker.
-struct HandEyeResult {
-  Alignment alignment;
-  double cost = 0;  // mean squared misfit of a match [m^2]
-};
-HandEyeResult RefineHandEye(const PoseSeries& series, const std::vector<TruthSample>& truth,
-                            const Alignment& initial, const AlignmentOptions& options);
+/// A hand-eye alignment by the calibration's own solver (calibration_solver.h): its mount is
+/// body_from_marker and its camera the body, whose poses are known; world and clock are the same.
+/// Robust, each kind of misfit weighed by its own size, which is learned with how long it lasts;
+/// so the sigmas hold for what the estimate and the ground truth err by together. Of the starts the
+/// one whose optimum fits best. Directions that the motion does not show keep the prior's sigma:
+/// 10 m and 3 rad. An error when fewer than three poses have truth at hand.
+Result<Alignment> AlignHandEye(const PoseSeries& series, const std::vector<TruthSample>& truth,
+                               const std::vector<Alignment>& starts,
+                               const AlignmentOptions& options);
 
 }  // namespace tagtwist

@@ -24,7 +24,8 @@ nlohmann::ordered_json PercentilesJson(const std::vector<double>& values);
 /// The figures of one trajectory; keys that truth cannot answer are absent.
 nlohmann::ordered_json AccuracyJson(const Accuracy& accuracy);
 
-/// {truth_from_world, body_from_marker: [x y z qx qy qz qw], time_offset_s}.
+/// {truth_from_world, body_from_marker: [x y z qx qy qz qw], time_offset_s}, and where they are
+/// known `sigmas` of the same: [x y z tilt_x tilt_y tilt_z] (m, rad).
 nlohmann::ordered_json AlignmentJson(const Alignment& alignment);
 
 /// The whole of summary.json. `rows` as CompareMethods gives them: accuracy.closed_form is the full

@@ -71,6 +71,52 @@ TEST(Alignment, HandEyeRecoversATimeOffsetToo) {
   ExpectPoseNear(a->body_from_marker, kBodyFromMarker, 1e-6);
 }
 
+// Noise on the ground truth; 13 parameters of 20 flights.
+TEST(Alignment, HandEyeErrorsOverTheirSigmasAreChiSquare) {
+  constexpr int kFlights = 20;
+  std::mt19937_64 rng(11);
+  double nees = 0;
+  for (int flight = 0; flight < kFlights; ++flight) {
+    auto truth = MarkerTruth(12, 100, 0.02, kBodyFromMarker);
+    for (TruthSample& s : truth) {
+      const StateVector n = NormalVector(rng);
+      s.world_from_body = MakePose(s.world_from_body.rotation() * ExpSo3(0.002 * n.head<3>()),
+                                   s.world_from_body.translation() + 0.001 * n.segment<3>(3));
+    }
+    const auto a = EstimateAlignment(SmoothSeries(0.5, 210, 20), truth,
+                                     Options(AlignmentKind::kHandEye, true));
+    ASSERT_TRUE(a && a->sigmas);
+    const auto sum = [](const Pose& is, const Pose& truly,
+                        const Eigen::Matrix<double, 6, 1>& sigmas) {
+      Eigen::Matrix<double, 6, 1> error;
+      error << LogSo3(truly.rotation().conjugate() * is.rotation()),
+          is.translation() - truly.translation();
+      return error.cwiseQuotient(sigmas).squaredNorm();
+    };
+    const double clock = (a->time_offset_s - 0.02) / a->sigmas->time_offset_s;
+    nees += sum(a->truth_from_world, kTruthFromWorld, a->sigmas->truth_from_world) +
+            sum(a->body_from_marker, kBodyFromMarker, a->sigmas->body_from_marker) + clock * clock;
+    EXPECT_LT(a->sigmas->body_from_marker.tail<3>().maxCoeff(), 0.001);
+    EXPECT_LT(a->sigmas->time_offset_s, 0.0005);
+  }
+  EXPECT_GT(nees / (13 * kFlights),
+            0.7);  // entries are correlated: wider than for as many free ones
+  EXPECT_LT(nees / (13 * kFlights), 1.3);
+}
+
+TEST(Alignment, HandEyeSaysWhatAFlightWithoutTurnsDoesNotShow) {
+  PoseSeries upright = SmoothSeries(0, 200, 50);
+  std::vector<TruthSample> truth;
+  for (PoseSample& s : upright) {
+    s.world_from_body = MakePose(Eigen::Quaterniond::Identity(), s.world_from_body.translation());
+    truth.push_back({s.t_ns, s.world_from_body, std::nullopt});
+  }
+  const auto a = EstimateAlignment(upright, truth, Options(AlignmentKind::kHandEye));
+  ASSERT_TRUE(a && a->sigmas);
+  EXPECT_GT(a->sigmas->body_from_marker.tail<3>().minCoeff(), 1);  // metres, of a prior of 10
+  EXPECT_LT(a->body_from_marker.translation().norm(), 0.1);
+}
+
 TEST(Alignment, HandEyeOfAStraightFlightStillFitsTheRotations) {
   PoseSeries line = SmoothSeries(0, 200, 50);
   std::vector<TruthSample> truth;

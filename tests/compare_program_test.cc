@@ -70,6 +70,7 @@ TEST(CompareProgram, OutputFoldersSideBySide) {
     EXPECT_THAT(run.out, HasSubstr(name));
   }
   EXPECT_THAT(run.out, HasSubstr("NEES/dof: 1 where the covariance is right"));
+  EXPECT_THAT(run.out, HasSubstr("window: optimised, lagged: marker in the body at "));
   EXPECT_THAT(ReadText(folder / "page.html"), HasSubstr("window: optimised, lagged"));
 }
 
