@@ -20,8 +20,10 @@ std::optional<AlignmentKind> ParseAlignmentKind(const std::string& name);
 
 /// Standard deviations of an alignment: of poses in their tangents (pose.h), [rad; m]; 0: held.
 struct AlignmentSigmas {
-  Eigen::Matrix<double, 6, 1> truth_from_world, body_from_marker;
+  Eigen::Matrix<double, 6, 1> truth_from_world = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> body_from_marker = Eigen::Matrix<double, 6, 1>::Zero();
   double time_offset_s = 0;
+  bool Any() const { return body_from_marker(0) > 0; }
 };
 
 /// truth(stamp + time_offset_s) ~ truth_from_world * world_from_body * body_from_marker.
@@ -29,7 +31,7 @@ struct Alignment {
   Pose truth_from_world;
   Pose body_from_marker;
   double time_offset_s = 0;
-  std::optional<AlignmentSigmas> sigmas;  // of a hand-eye alignment
+  AlignmentSigmas sigmas;  // of a hand-eye alignment
 };
 
 struct AlignmentOptions {

@@ -83,16 +83,15 @@ std::string Align(const TextTable& table) {
 std::string HandEyeNotes(const std::vector<ComparisonRow>& rows) {
   std::string out;
   for (const ComparisonRow& row : rows) {
-    if (!row.accuracy || !row.accuracy->alignment.sigmas) continue;
+    if (!row.accuracy || !row.accuracy->alignment.sigmas.Any()) continue;
     const Alignment& a = row.accuracy->alignment;
     const Eigen::Vector3d mm = 1e3 * a.body_from_marker.translation(),
-                          sigma_mm = 1e3 * a.sigmas->body_from_marker.tail<3>();
+                          sigma_mm = 1e3 * a.sigmas.body_from_marker.tail<3>();
     out += Shorten(row.name) + Format(": marker in the body at %.1f %.1f %.1f mm +- %.1f %.1f %.1f",
                                       mm.x(), mm.y(), mm.z(), sigma_mm.x(), sigma_mm.y(),
                                       sigma_mm.z());
-    if (a.sigmas->time_offset_s > 0) {
-      out +=
-          Format("; clock %.2f ms +- %.2f", 1e3 * a.time_offset_s, 1e3 * a.sigmas->time_offset_s);
+    if (a.sigmas.time_offset_s > 0) {
+      out += Format("; clock %.2f ms +- %.2f", 1e3 * a.time_offset_s, 1e3 * a.sigmas.time_offset_s);
     }
     out += "\n";
   }

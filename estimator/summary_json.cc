@@ -148,15 +148,15 @@ Json AlignmentJson(const Alignment& a) {
   Json out = {{"truth_from_world", pose(a.truth_from_world)},
               {"body_from_marker", pose(a.body_from_marker)},
               {"time_offset_s", a.time_offset_s}};
-  if (!a.sigmas) return out;
+  if (!a.sigmas.Any()) return out;
   const auto sigmas = [](const Eigen::Matrix<double, 6, 1>& of_pose) {
     Json list = Json::array();
     for (const int i : {3, 4, 5, 0, 1, 2}) list.push_back(of_pose(i));
     return list;
   };
-  out["sigmas"] = {{"truth_from_world", sigmas(a.sigmas->truth_from_world)},
-                   {"body_from_marker", sigmas(a.sigmas->body_from_marker)},
-                   {"time_offset_s", a.sigmas->time_offset_s}};
+  out["sigmas"] = {{"truth_from_world", sigmas(a.sigmas.truth_from_world)},
+                   {"body_from_marker", sigmas(a.sigmas.body_from_marker)},
+                   {"time_offset_s", a.sigmas.time_offset_s}};
   return out;
 }
 

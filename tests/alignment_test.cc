@@ -85,7 +85,7 @@ TEST(Alignment, HandEyeErrorsOverTheirSigmasAreChiSquare) {
     }
     const auto a = EstimateAlignment(SmoothSeries(0.5, 210, 20), truth,
                                      Options(AlignmentKind::kHandEye, true));
-    ASSERT_TRUE(a && a->sigmas);
+    ASSERT_TRUE(a && a->sigmas.Any());
     const auto sum = [](const Pose& is, const Pose& truly,
                         const Eigen::Matrix<double, 6, 1>& sigmas) {
       Eigen::Matrix<double, 6, 1> error;
@@ -93,11 +93,11 @@ TEST(Alignment, HandEyeErrorsOverTheirSigmasAreChiSquare) {
           is.translation() - truly.translation();
       return error.cwiseQuotient(sigmas).squaredNorm();
     };
-    const double clock = (a->time_offset_s - 0.02) / a->sigmas->time_offset_s;
-    nees += sum(a->truth_from_world, kTruthFromWorld, a->sigmas->truth_from_world) +
-            sum(a->body_from_marker, kBodyFromMarker, a->sigmas->body_from_marker) + clock * clock;
-    EXPECT_LT(a->sigmas->body_from_marker.tail<3>().maxCoeff(), 0.001);
-    EXPECT_LT(a->sigmas->time_offset_s, 0.0005);
+    const double clock = (a->time_offset_s - 0.02) / a->sigmas.time_offset_s;
+    nees += sum(a->truth_from_world, kTruthFromWorld, a->sigmas.truth_from_world) +
+            sum(a->body_from_marker, kBodyFromMarker, a->sigmas.body_from_marker) + clock * clock;
+    EXPECT_LT(a->sigmas.body_from_marker.tail<3>().maxCoeff(), 0.001);
+    EXPECT_LT(a->sigmas.time_offset_s, 0.0005);
   }
   EXPECT_GT(nees / (13 * kFlights),
             0.7);  // entries are correlated: wider than for as many free ones
@@ -112,8 +112,8 @@ TEST(Alignment, HandEyeSaysWhatAFlightWithoutTurnsDoesNotShow) {
     truth.push_back({s.t_ns, s.world_from_body, std::nullopt});
   }
   const auto a = EstimateAlignment(upright, truth, Options(AlignmentKind::kHandEye));
-  ASSERT_TRUE(a && a->sigmas);
-  EXPECT_GT(a->sigmas->body_from_marker.tail<3>().minCoeff(), 1);  // metres, of a prior of 10
+  ASSERT_TRUE(a && a->sigmas.Any());
+  EXPECT_GT(a->sigmas.body_from_marker.tail<3>().minCoeff(), 1);  // metres, of a prior of 10
   EXPECT_LT(a->body_from_marker.translation().norm(), 0.1);
 }
 
