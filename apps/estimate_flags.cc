@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "apps/config_flags.h"
+#include "frontend/option_check.h"
 
 DEFINE_string(dataset, "",
               "Recording: a video, a course .mat, an EuRoC/ASL folder, a plain folder "
@@ -102,14 +103,11 @@ Status StreamAndLimitsFromFlags(RunOptions* run) {
   if (!FLAGS_stream.empty() && !FLAGS_sliding_window) {
     return Error{"--stream: needs --sliding_window"};
   }
-  if (FLAGS_max_frames < 0) {
-    return Error{"--max_frames: expected >= 0, got " + std::to_string(FLAGS_max_frames)};
-  }
-  if (!(FLAGS_duration >= 0 && FLAGS_duration <= 1e9)) {
-    return Error{"--duration: expected 0 to 1e9, got " + std::to_string(FLAGS_duration)};
-  }
-  if (!(FLAGS_deadline_ms >= 0 && FLAGS_deadline_ms <= 1e6)) {
-    return Error{"--deadline_ms: expected 0 to 1e6, got " + std::to_string(FLAGS_deadline_ms)};
+  if (const auto problem =
+          FirstFlagProblem({CheckRange("max_frames", FLAGS_max_frames, 0, 1e9),
+                            CheckRange("duration", FLAGS_duration, 0, 1e9),
+                            CheckRange("deadline_ms", FLAGS_deadline_ms, 0, 1e6)})) {
+    return Error{*problem};
   }
   if (FLAGS_deadline_ms > 0 && !FLAGS_sliding_window) {
     return Error{"--deadline_ms: needs --sliding_window"};
@@ -165,8 +163,10 @@ Result<EstimateJob> EstimateJobFromFlags() {
   EstimateJob job;
   if (FLAGS_dataset.empty()) return Error{"--dataset: needed, and not given"};
   if (FLAGS_output.empty()) return Error{"--output: expected a folder, got nothing"};
-  if (FLAGS_threads < 0) {
-    return Error{"--threads: expected >= 0, got " + std::to_string(FLAGS_threads)};
+  if (const auto problem =
+          FirstFlagProblem({CheckRange("threads", FLAGS_threads, 0, 1e4),
+                            CheckRange("unknown_tag_size_m", FLAGS_unknown_tag_size_m, 0, 1e3)})) {
+    return Error{*problem};
   }
   job.dataset = FLAGS_dataset;
   const auto config = ConfigFilesFromFlags();
@@ -179,10 +179,6 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.calibrate = FLAGS_calibrate;
   job.map_unknown_tags = FLAGS_map_unknown_tags;
   job.unknown_tag_size_m = FLAGS_unknown_tag_size_m;
-  if (!(job.unknown_tag_size_m >= 0)) {
-    return Error{"--unknown_tag_size_m: expected > 0, got " +
-                 std::to_string(job.unknown_tag_size_m)};
-  }
   job.run.sliding_window = FLAGS_sliding_window;
   job.run.use_detections = FLAGS_use_detections;
   auto detection = DetectionFromFlags();

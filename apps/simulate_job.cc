@@ -58,9 +58,7 @@ Result<SplineTrajectory> PrepareTrajectory(const SimulateJob& job, const TagMap&
     FlightOptions options;
     options.duration_s = job.duration_s > 0 ? job.duration_s : kNamedFlightS;
     options.height_m = job.height_m;
-    const auto poses = MakeFlight(job.trajectory, map, options);
-    if (!poses) return poses.error();
-    return SplineTrajectory::Fit(*poses, {});
+    return FlightPath(job.trajectory, map, options);
   }
   if (!std::filesystem::exists(job.trajectory)) {
     std::string known;

@@ -171,6 +171,14 @@ std::vector<std::string> ParseFlagsOrExit2(int argc, char** argv, const Usage& u
   return parsed.arguments;
 }
 
+std::optional<std::string> FirstFlagProblem(
+    std::initializer_list<std::optional<std::string>> problems) {
+  for (const auto& problem : problems) {
+    if (problem) return "--" + *problem;
+  }
+  return std::nullopt;
+}
+
 int Fail(const Usage& usage, const std::string& message, int status) {
   std::cerr << usage.program << ": " << message << std::endl;
   return status;

@@ -1,4 +1,5 @@
 #pragma once
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,10 @@ std::string HelpText(const Usage& usage);
 
 /// ParseCommandLine for a main(): prints and exits where that is called for.
 std::vector<std::string> ParseFlagsOrExit2(int argc, char** argv, const Usage& usage);
+
+/// The first problem of flags ("seeds: expected ...", frontend/option_check.h) as --seeds' own.
+std::optional<std::string> FirstFlagProblem(
+    std::initializer_list<std::optional<std::string>> problems);
 
 /// Prints "program: message" on standard error and returns `status`: 1 for bad input or data,
 /// 2 for wrong usage.

@@ -96,8 +96,7 @@ Row PlainRow(const EstimatorSetup& setup, const NoiseModel& noise,
              const std::vector<GraphFrame>& seeds) {
   return {"plain Ceres", [&setup, noise, &seeds]() -> Result<std::vector<BodyState>> {
             std::vector<GraphFrame> frames = seeds;
-            const PlainCeresRun run = SolvePlainly(setup, noise, 1, &frames);
-            if (!run.usable) return Error{"plain Ceres found no solution"};
+            if (!SolvePlainly(setup, noise, &frames)) return Error{"plain Ceres found no solution"};
             return StatesOf(frames);
           }};
 }

@@ -46,9 +46,7 @@ Result<std::vector<SimulatedFrame>> RenderFlight(const Config& config) {
   FlightOptions flight;
   flight.duration_s = FLAGS_duration;
   flight.height_m = FLAGS_height;
-  const auto poses = MakeFlight(FLAGS_trajectory, config.map, flight);
-  if (!poses) return poses.error();
-  const auto path = SplineTrajectory::Fit(*poses, {});
+  const auto path = FlightPath(FLAGS_trajectory, config.map, flight);
   if (!path) return path.error();
   StampOptions stamp_options;
   stamp_options.rate_hz = FLAGS_rate;

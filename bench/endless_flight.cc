@@ -11,9 +11,7 @@ Result<EndlessFlight> EndlessFlight::Make(const Config& config, const std::strin
                                           double rate_hz, double corner_noise_px, uint64_t seed) {
   FlightOptions flight;
   flight.duration_s = 60;
-  const auto poses = MakeFlight(name, config.map, flight);
-  if (!poses) return poses.error();
-  const auto path = SplineTrajectory::Fit(*poses, {});
+  const auto path = FlightPath(name, config.map, flight);
   if (!path) return path.error();
   SimulatorOptions options;
   options.images = false;

@@ -41,16 +41,6 @@ void KeepTheMiddleOne(const Camera& camera, std::vector<TagDetection>* tags) {
                              })};
 }
 
-Result<SplineTrajectory> FlightPath(const std::string& name, const TagMap& map, double duration_s,
-                                    uint64_t seed) {
-  FlightOptions options;
-  options.duration_s = duration_s;
-  options.height_m = RandomStream(seed, kHeightPurpose).Uniform(1.0, 1.4);
-  const auto poses = MakeFlight(name, map, options);
-  if (!poses) return poses.error();
-  return SplineTrajectory::Fit(*poses, {});
-}
-
 }  // namespace
 
 std::vector<BenchFlight> BenchGrid(double corner_noise_px) {
@@ -77,7 +67,10 @@ std::vector<BenchFlight> BenchGrid(double corner_noise_px) {
 
 Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, double duration_s,
                               uint64_t seed) {
-  const auto path = FlightPath(flight.trajectory, config.map, duration_s, seed);
+  FlightOptions options;
+  options.duration_s = duration_s;
+  options.height_m = RandomStream(seed, kHeightPurpose).Uniform(1.0, 1.4);
+  const auto path = FlightPath(flight.trajectory, config.map, options);
   if (!path) return path.error();
   StampOptions stamp_options;
   stamp_options.jitter_s = flight.jitter_s;

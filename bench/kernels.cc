@@ -41,8 +41,7 @@ struct Images {
   CornerRefiner refiner = OrExit(CornerRefiner::Create(config.map, config.camera));
 
   Images() {
-    const auto path =
-        OrExit(SplineTrajectory::Fit(OrExit(MakeFlight("figure8", config.map, {})), {}));
+    const auto path = OrExit(FlightPath("figure8", config.map, {}));
     const auto simulator =
         OrExit(Simulator::Make(config.camera, config.cam_from_body, config.map, path, {}));
     const auto detector =

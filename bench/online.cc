@@ -1,27 +1,13 @@
 #include "bench/online.h"
 
-#include <ctime>
 #include <opencv2/calib3d.hpp>
 
+#include "bench/cpu_clock.h"
 #include "estimator/online.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
-
-// CPU time of this thread since it was made: what other programs do does not count.
-class CpuStopwatch {
- public:
-  double ElapsedMs() const { return NowMs() - start_ms_; }
-
- private:
-  static double NowMs() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-  }
-  double start_ms_ = NowMs();
-};
 
 void Judge(const BodyState& estimate, const BodyState& truth, bool has_velocity, MethodRun* run) {
   const StateVector e = Difference(estimate, truth);
@@ -62,7 +48,7 @@ std::optional<Pose> PlainMethod::SolvePose(const std::vector<TagDetection>& tags
 }
 
 void PlainMethod::Add(const SimulatedFrame& frame) {
-  const CpuStopwatch watch;
+  const CpuClock watch;
   const auto tags = detector_.Detect(frame.image);
   const auto pose = with_pose_ ? SolvePose(tags) : std::nullopt;
   run_.frame_ms.push_back(watch.ElapsedMs());
@@ -102,16 +88,16 @@ std::vector<TagDetection> OnlineMethod::FindTagsOf(const SimulatedFrame& frame) 
 Status OnlineMethod::Add(const SimulatedFrame& frame) {
   FrameMeasurements measurement;
   measurement.t_ns = frame.t_ns;
-  const CpuStopwatch detect_watch;
+  const CpuClock detect_watch;
   measurement.tags = FindTagsOf(frame);
   detect_ms_.push_back(detect_watch.ElapsedMs());
-  const CpuStopwatch track_watch;
+  const CpuClock track_watch;
   measurement.tracks = front_end_.Track(measurement.tags, frame.image);
   track_ms_.push_back(track_watch.ElapsedMs());
-  const CpuStopwatch seed_watch;
+  const CpuClock seed_watch;
   measurement.closed_form = front_end_.Seed(frame.t_ns, measurement.tags, measurement.tracks);
   seed_ms_.push_back(seed_watch.ElapsedMs());
-  const CpuStopwatch window_watch;
+  const CpuClock window_watch;
   const auto output = window_.Add(measurement);
   window_ms_.push_back(window_watch.ElapsedMs());
   if (!output) return output.error();

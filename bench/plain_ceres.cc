@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "apps/stopwatch.h"
 #include "residuals/pose_manifold.h"
 
 namespace tagtwist {
@@ -71,9 +70,7 @@ struct MotionCost {
   }
 };
 
-struct TwistParameters {
-  Eigen::Matrix<double, 6, 1> values;
-};
+using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 void AddCorners(const EstimatorSetup& setup, const NoiseModel& noise, const GraphFrame& frame,
                 ceres::LossFunction* loss, ceres::Problem* problem) {
@@ -90,19 +87,18 @@ void AddCorners(const EstimatorSetup& setup, const NoiseModel& noise, const Grap
 
 }  // namespace
 
-PlainCeresRun SolvePlainly(const EstimatorSetup& setup, const NoiseModel& noise, int threads,
-                           std::vector<GraphFrame>* frames) {
-  const Stopwatch building;
+bool SolvePlainly(const EstimatorSetup& setup, const NoiseModel& noise,
+                  std::vector<GraphFrame>* frames) {
   ceres::Problem::Options problem_options;
   problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::HuberLoss loss(setup.options.robust_scale * std::sqrt(2.0));
   PoseManifold manifold;
   ceres::Problem problem(problem_options);
-  std::vector<TwistParameters> twists(frames->size());
+  std::vector<Vector6> twists(frames->size());
   for (size_t k = 0; k < frames->size(); ++k) {
     GraphFrame& frame = (*frames)[k];
-    twists[k].values << frame.state.twist.v_world, frame.state.twist.omega_body;
+    twists[k] << frame.state.twist.v_world, frame.state.twist.omega_body;
     problem.AddParameterBlock(frame.state.world_from_body.params.data(), 7, &manifold);
     AddCorners(setup, noise, frame, &loss, &problem);
     if (k == 0) continue;
@@ -111,24 +107,17 @@ PlainCeresRun SolvePlainly(const EstimatorSetup& setup, const NoiseModel& noise,
     auto* cost = new ceres::AutoDiffCostFunction<MotionCost, 12, 7, 6, 7, 6>(new MotionCost{
         dt_s, RootInformation(noise.linear, dt_s), RootInformation(noise.angular, dt_s)});
     problem.AddResidualBlock(cost, nullptr, before.state.world_from_body.params.data(),
-                             twists[k - 1].values.data(), frame.state.world_from_body.params.data(),
-                             twists[k].values.data());
+                             twists[k - 1].data(), frame.state.world_from_body.params.data(),
+                             twists[k].data());
   }
-  PlainCeresRun run;
-  run.build_ms = building.ElapsedMs();
-  const Stopwatch solving;
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.num_threads = threads;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  run.solve_ms = solving.ElapsedMs();
-  run.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  run.usable = summary.IsSolutionUsable();
   for (size_t k = 0; k < frames->size(); ++k) {
-    (*frames)[k].state.twist = {twists[k].values.head<3>(), twists[k].values.tail<3>()};
+    (*frames)[k].state.twist = {twists[k].head<3>(), twists[k].tail<3>()};
   }
-  return run;
+  return summary.IsSolutionUsable();
 }
 
 }  // namespace tagtwist

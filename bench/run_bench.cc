@@ -14,12 +14,4 @@ int RunBench(int argc, char** argv, const Usage& usage,
   return done ? 0 : Fail(usage, done.error().message);
 }
 
-std::optional<std::string> FirstFlagProblem(
-    std::initializer_list<std::optional<std::string>> problems) {
-  for (const auto& problem : problems) {
-    if (problem) return "--" + *problem;
-  }
-  return std::nullopt;
-}
-
 }  // namespace tagtwist

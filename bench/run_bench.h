@@ -1,6 +1,5 @@
 #pragma once
 #include <functional>
-#include <initializer_list>
 #include <optional>
 #include <string>
 
@@ -14,9 +13,5 @@ namespace tagtwist {
 int RunBench(int argc, char** argv, const Usage& usage,
              const std::function<std::optional<std::string>()>& flag_problem,
              const std::function<Status()>& measure);
-
-/// The first problem of flags ("seeds: expected ..."), as RunBench takes it.
-std::optional<std::string> FirstFlagProblem(
-    std::initializer_list<std::optional<std::string>> problems);
 
 }  // namespace tagtwist

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "frontend/types/so3.h"
+#include "residuals/corner_whitener.h"
 #include "residuals/lens.h"
 #include "residuals/tag_calibration_residual.h"
 

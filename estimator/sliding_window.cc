@@ -196,7 +196,7 @@ FrameEstimate SlidingWindow::EstimateOf(int state) const {
   const bool leaves = state == 0 && static_cast<int>(seen_.size()) == setup_.options.window_frames;
   if (const double gap_s = GapSeconds(likeliest, state); gap_s > 0) {
     out.covariance = Scaled(out.covariance, prediction_check_.At(gap_s).OfSigmas());
-  } else if (leaves) {
+  } else if (leaves && likeliest.is_step) {
     out.covariance = Scaled(out.covariance, calibration_.scale());
   }
   constexpr double kOpenRad = 0.0873;  // 5 degrees
@@ -241,8 +241,11 @@ void SlidingWindow::LearnFromLeavingState() {
   statistics_ = statistics_ * kFade;
   statistics_ += StatisticsOfLeaving();
   noise_ = UpdateNoise(noise_, statistics_, setup_.options);
-  if (MotionIsLearned(setup_.options)) {
+  if (!MotionIsLearned(setup_.options)) return;
+  if (hypotheses_.front().is_step) {
     calibration_.Add(setup_, noise_, hypotheses_.front().input.frames);
+  } else {  // the calibration knows of no tracks
+    calibration_.Break();
   }
 }
 

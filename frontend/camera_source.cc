@@ -28,8 +28,6 @@ class CameraSource : public DataSource {
   }
 
   const std::vector<int64_t>& stamps_ns() const override { return stamps_ns_; }
-  const std::vector<TruthSample>& ground_truth() const override { return ground_truth_; }
-  const std::vector<ImuSample>& imu() const override { return imu_; }
 
  private:
   std::string name_;
@@ -37,9 +35,7 @@ class CameraSource : public DataSource {
   std::function<int64_t()> now_ns_;
   int64_t last_ns_ = std::numeric_limits<int64_t>::min();
   size_t n_frames_ = 0;
-  std::vector<int64_t> stamps_ns_;         // nobody knows them before
-  std::vector<TruthSample> ground_truth_;  // a camera has none
-  std::vector<ImuSample> imu_;
+  std::vector<int64_t> stamps_ns_;  // nobody knows them before
 };
 
 bool Open(const std::string& place, const Camera& camera, cv::VideoCapture* capture) {
@@ -70,8 +66,7 @@ Result<std::unique_ptr<DataSource>> OpenCameraSource(const std::string& dataset,
       return std::unique_ptr<DataSource>(
           std::make_unique<CameraSource>(dataset, std::move(capture), std::move(now_ns)));
     }
-  } catch (const cv::Exception&) {
-    return Error{dataset + ": no camera can be opened there"};
+  } catch (const cv::Exception&) {  // as if it had said no
   }
   return Error{dataset + ": no camera can be opened there"};
 }

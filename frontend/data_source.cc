@@ -15,6 +15,16 @@ bool Exists(const std::filesystem::path& path) {
 
 }  // namespace
 
+const std::vector<TruthSample>& DataSource::ground_truth() const {
+  static const std::vector<TruthSample> kNone;
+  return kNone;
+}
+
+const std::vector<ImuSample>& DataSource::imu() const {
+  static const std::vector<ImuSample> kNone;
+  return kNone;
+}
+
 Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
                                                    const DataSourceOptions& options) {
   const std::filesystem::path root(path);

@@ -43,8 +43,8 @@ class DataSource {
   virtual Result<std::optional<Frame>> Next() = 0;
   /// All frames' stamps, known at opening, strictly growing; empty where it is a camera.
   virtual const std::vector<int64_t>& stamps_ns() const = 0;
-  virtual const std::vector<TruthSample>& ground_truth() const = 0;  // empty when there is none
-  virtual const std::vector<ImuSample>& imu() const = 0;             // empty when there is none
+  virtual const std::vector<TruthSample>& ground_truth() const;  // empty when there is none
+  virtual const std::vector<ImuSample>& imu() const;             // empty when there is none
 };
 
 /// Opens a course .mat, a video, an EuRoC/ASL folder (mav0/cam0/data.csv, or cam0/data.csv, below

@@ -136,4 +136,11 @@ Result<std::vector<TruthSample>> MakeFlight(const std::string& name, const TagMa
   return out;
 }
 
+Result<SplineTrajectory> FlightPath(const std::string& name, const TagMap& map,
+                                    const FlightOptions& options) {
+  const auto poses = MakeFlight(name, map, options);
+  if (!poses) return poses.error();
+  return SplineTrajectory::Fit(*poses, {});
+}
+
 }  // namespace tagtwist

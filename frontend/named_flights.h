@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/spline_trajectory.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/result.h"
 #include "frontend/types/tag_map.h"
@@ -28,5 +29,9 @@ std::vector<std::string> FlightNames();
 /// in x and y; "straight" does not turn at all.
 Result<std::vector<TruthSample>> MakeFlight(const std::string& name, const TagMap& map,
                                             const FlightOptions& options);
+
+/// The same as a smooth path, whose twists are exact.
+Result<SplineTrajectory> FlightPath(const std::string& name, const TagMap& map,
+                                    const FlightOptions& options);
 
 }  // namespace tagtwist

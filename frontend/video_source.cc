@@ -46,15 +46,11 @@ class VideoSource : public DataSource {
   }
 
   const std::vector<int64_t>& stamps_ns() const override { return stamps_ns_; }
-  const std::vector<TruthSample>& ground_truth() const override { return ground_truth_; }
-  const std::vector<ImuSample>& imu() const override { return imu_; }
 
  private:
   std::string path_;
   cv::VideoCapture capture_;
   std::vector<int64_t> stamps_ns_;
-  std::vector<TruthSample> ground_truth_;  // a video has none
-  std::vector<ImuSample> imu_;
   size_t next_ = 0;
   ImageSizeGuard size_guard_;
 };

@@ -1,8 +1,5 @@
 #include "residuals/tag_calibration_residual.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
 
@@ -23,10 +20,6 @@ void Whiten(const Eigen::Matrix<double, 8, 8>& whitener, Matrix* columns) {
 }
 
 }  // namespace
-
-Eigen::Matrix<double, 8, 8> CornerWhitener(const Eigen::Matrix<double, 8, 8>& covariance) {
-  return covariance.inverse().llt().matrixU();
-}
 
 bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
                             const Pose& world_from_cam,

@@ -20,11 +20,8 @@ struct TagCalibrationResidual {
   Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxLensSize> by_lens;
 };
 
-/// The W of above, upper triangular: W'W = inverse of the covariance of the pixels [px^2].
-Eigen::Matrix<double, 8, 8> CornerWhitener(const Eigen::Matrix<double, 8, 8>& covariance);
-
-/// Linearised at the arguments; without `shared` only by the camera's pose. False when a corner
-/// lies behind the camera.
+/// Linearised at the arguments, W of CornerWhitener(); without `shared` only by the camera's pose.
+/// False when a corner lies behind the camera.
 bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
                             const Pose& world_from_cam,
                             const std::array<Eigen::Vector2d, 4>& pixels,

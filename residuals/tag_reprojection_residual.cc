@@ -1,8 +1,7 @@
 #include "residuals/tag_reprojection_residual.h"
 
-#include <Eigen/Cholesky>
-
 #include "frontend/types/so3.h"
+#include "residuals/corner_whitener.h"
 #include "residuals/pose_manifold.h"
 
 namespace tagtwist {
@@ -15,13 +14,7 @@ TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observati
       cam_from_body_rotation_(cam_from_body.rotation().toRotationMatrix()),
       body_in_cam_(cam_from_body.translation()) {
   is_diagonal_ = observation.covariance.isDiagonal(0);
-  if (is_diagonal_) {
-    whitener_ = observation.covariance.diagonal().cwiseSqrt().cwiseInverse().asDiagonal();
-    return;
-  }
-  // Reversed, the Cholesky factor of the covariance is upper triangular, and so is its inverse.
-  const Eigen::LLT<Eigen::Matrix<double, 8, 8>> reversed(observation.covariance.reverse());
-  whitener_ = reversed.matrixL().solve(Eigen::Matrix<double, 8, 8>::Identity()).reverse().eval();
+  whitener_ = CornerWhitener(observation.covariance);
 }
 
 bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "frontend/types/so3.h"
+#include "residuals/corner_whitener.h"
 #include "residuals/lens.h"
 #include "residuals/tag_calibration_residual.h"
 #include "residuals/truth_residual.h"

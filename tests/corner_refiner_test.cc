@@ -35,8 +35,7 @@ Flight MakeFlightOf(const Setting& setting) {
   const TagMap map = MakeTagMap(TagGrid());
   FlightOptions flight;
   flight.height_m = setting.height_m;
-  const auto trajectory =
-      SplineTrajectory::Fit(*MakeFlight(setting.flight, map, flight), SplineOptions());
+  const auto trajectory = FlightPath(setting.flight, map, flight);
   SimulatorOptions options;
   options.seed = 77;
   options.corner_noise_px = 0;

@@ -69,9 +69,8 @@ void AddCsv(const std::string& name, DatasetFormat format, const std::string& fi
 
 std::vector<Refusal> DatasetRefusals() {
   constexpr auto kFolder = DatasetFormat::kFolder;
-  constexpr auto kEuroc = DatasetFormat::kEuroc;
   constexpr auto kMat = DatasetFormat::kMat;
-  std::vector<Refusal> out = {
+  return {
       {"Missing", kFolder, Remove("rec"), "rec: no such file or folder", kDetections},
       {"EmptyFolder", kFolder,
        [](const std::string& folder) {
@@ -97,6 +96,14 @@ std::vector<Refusal> DatasetRefusals() {
        "is no frame's", kDetections},
       {"NoDetection", kFolder, Write("rec/detections.csv", "t,id,u1,v1,u2,v2,u3,v3,u4,v4\n"),
        "rec: no frame shows a tag", kDetections},
+  };
+}
+
+// Tables of a recording.
+std::vector<Refusal> TableRefusals() {
+  constexpr auto kFolder = DatasetFormat::kFolder;
+  constexpr auto kEuroc = DatasetFormat::kEuroc;
+  std::vector<Refusal> out = {
       {"StampsRepeat", kFolder, Line("rec/timestamps.csv", 3, "0.000000000,"),
        "timestamps.csv:3: ", kDetections},
       {"StampsRunBack", kFolder, Line("rec/timestamps.csv", 4, "0.010000000,"),
@@ -138,16 +145,9 @@ std::vector<Refusal> DatasetRefusals() {
   return out;
 }
 
-// Files besides the recording, flags, the output.
-std::vector<Refusal> OtherRefusals() {
+std::vector<Refusal> ConfigRefusals() {
   constexpr auto kFolder = DatasetFormat::kFolder;
-  const auto with = [](const Arguments& more) {
-    Arguments all = kDetections;
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  };
-  const Arguments config = with({"--config", "extra"}), truth = with({"--ground_truth", "extra"});
-  const std::string header = "t,x,y,z,qx,qy,qz,qw\n", pose = ",1,1,1,1,0,0,0\n";
+  const Arguments config = {"--use_detections", "--config", "extra"};
   return {
       {"ConfigMissing", kFolder, Nothing, "extra: cannot open", config},
       {"ConfigEmpty", kFolder, Write("extra", ""), "extra: expected YAML", config},
@@ -161,6 +161,20 @@ std::vector<Refusal> OtherRefusals() {
        "extra:1: estimator.window_frames: expected a whole number, got 2.7", config},
       {"ConfigKeyOutOfRange", kFolder, Write("extra", "estimator:\n\n  window_frames: 1\n"),
        "extra:3: estimator.window_frames: expected >= 2, got 1", config},
+  };
+}
+
+// Files besides recording and config, flags, the output.
+std::vector<Refusal> OtherRefusals() {
+  constexpr auto kFolder = DatasetFormat::kFolder;
+  const auto with = [](const Arguments& more) {
+    Arguments all = kDetections;
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  const Arguments truth = with({"--ground_truth", "extra"});
+  const std::string header = "t,x,y,z,qx,qy,qz,qw\n", pose = ",1,1,1,1,0,0,0\n";
+  return {
       {"TruthMissing", kFolder, Nothing, "extra: ", truth},
       {"TruthEmpty", kFolder, Write("extra", ""), "extra", truth},
       {"TruthGarbage", kFolder, Write("extra", Garbage()), "extra", truth},
@@ -185,9 +199,20 @@ std::vector<Refusal> OtherRefusals() {
       {"UnknownFlag", kFolder, Nothing, "--datasets", {"--datasets", "rec"}, 2},
       {"FlagWithoutValue", kFolder, Nothing, "--config", {"--config"}, 2},
       {"FlagOfWrongType", kFolder, Nothing, "sliding_window", {"--sliding_window=perhaps"}, 2},
+      {"ArgumentTooMany", kFolder, Nothing, "rec", {"rec"}, 2},
+  };
+}
+
+// What a frame-by-frame run asks for.
+std::vector<Refusal> LiveRefusals() {
+  constexpr auto kFolder = DatasetFormat::kFolder;
+  return {
       {"StreamInBatch", kFolder, Nothing, "--stream: needs --sliding_window", {"--stream=x"}, 2},
-      {"StreamIntoNowhere", kFolder, Nothing, "nowhere/x: cannot write",
-       with({"--sliding_window", "--stream", "nowhere/x"})},
+      {"StreamIntoNowhere",
+       kFolder,
+       Nothing,
+       "nowhere/x: cannot write",
+       {"--use_detections", "--sliding_window", "--stream", "nowhere/x"}},
       {"DeadlineInBatch", kFolder, Nothing, "--deadline_ms: needs", {"--deadline_ms=5"}, 2},
       {"DeadlineNegative", kFolder, Nothing, "--deadline_ms: expected", {"--deadline_ms=-5"}, 2},
       {"RealtimeInBatch",
@@ -214,7 +239,6 @@ std::vector<Refusal> OtherRefusals() {
        Nothing,
        "camera:x.avi: no camera can be opened there",
        {"--dataset=camera:x.avi", "--sliding_window"}},
-      {"ArgumentTooMany", kFolder, Nothing, "rec", {"rec"}, 2},
   };
 }
 
@@ -237,6 +261,12 @@ TEST_P(EstimateRefusals, OneLineAndNothingWritten) {
   EXPECT_EQ(ListTree(folder.path()), before);
 }
 INSTANTIATE_TEST_SUITE_P(Dataset, EstimateRefusals, ::testing::ValuesIn(DatasetRefusals()),
+                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Table, EstimateRefusals, ::testing::ValuesIn(TableRefusals()),
+                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Config, EstimateRefusals, ::testing::ValuesIn(ConfigRefusals()),
+                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Live, EstimateRefusals, ::testing::ValuesIn(LiveRefusals()),
                          [](const auto& test) { return test.param.name; });
 INSTANTIATE_TEST_SUITE_P(Other, EstimateRefusals, ::testing::ValuesIn(OtherRefusals()),
                          [](const auto& test) { return test.param.name; });

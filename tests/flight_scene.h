@@ -19,7 +19,7 @@ struct RenderedFlight {
 
 inline RenderedFlight MakeRenderedFlight(const std::string& name, const TagMap& map,
                                          const SimulatorOptions& options) {
-  const auto trajectory = SplineTrajectory::Fit(*MakeFlight(name, map, FlightOptions()), {});
+  const auto trajectory = FlightPath(name, map, {});
   EXPECT_TRUE(trajectory);
   auto simulator = Simulator::Make({}, CourseCamFromBody(), map, *trajectory, options);
   EXPECT_TRUE(simulator);

@@ -21,15 +21,11 @@ class Metronome : public DataSource {
     return std::optional<Frame>(frame);
   }
   const std::vector<int64_t>& stamps_ns() const override { return none_; }
-  const std::vector<TruthSample>& ground_truth() const override { return no_truth_; }
-  const std::vector<ImuSample>& imu() const override { return no_imu_; }
 
  private:
   int frames_, next_ = 0;
   int64_t interval_ns_;
   std::vector<int64_t> none_;
-  std::vector<TruthSample> no_truth_;
-  std::vector<ImuSample> no_imu_;
 };
 
 class Broken : public Metronome {

@@ -43,9 +43,7 @@ std::vector<char*> Pointers(std::vector<std::string>* texts) {
 SplineTrajectory ShortFlight(const TagMap& map) {
   FlightOptions options;
   options.duration_s = 2;
-  const auto poses = MakeFlight("figure8", map, options);
-  if (!poses) throw std::runtime_error(poses.error().message);
-  auto trajectory = SplineTrajectory::Fit(*poses, {});
+  auto trajectory = FlightPath("figure8", map, options);
   if (!trajectory) throw std::runtime_error(trajectory.error().message);
   return *trajectory;
 }

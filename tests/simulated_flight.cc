@@ -8,8 +8,7 @@ namespace tagtwist {
 
 SimulatedFlight SimulateCorners(const std::string& name, double duration_s, double rate_hz) {
   const Config config = DefaultConfig();
-  const auto poses = MakeFlight(name, config.map, FlightOptions{duration_s, 1.2});
-  const auto trajectory = *SplineTrajectory::Fit(*poses, SplineOptions{});
+  const auto trajectory = *FlightPath(name, config.map, {duration_s, 1.2});
   SimulatorOptions options;
   options.images = false;
   options.corner_noise_px = 0.15;

@@ -25,7 +25,7 @@ Pose CourseCamFromBody() {
 }
 
 SplineTrajectory Flight(const std::string& name, const TagMap& map = MakeTagMap({})) {
-  return *SplineTrajectory::Fit(*MakeFlight(name, map, {}), {});
+  return *FlightPath(name, map, {});
 }
 
 Simulator MustMake(const SimulatorOptions& options, const std::string& flight = "figure8",

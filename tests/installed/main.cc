@@ -13,8 +13,7 @@
 
 int main() {
   const tagtwist::Config config = tagtwist::DefaultConfig();
-  const auto poses = tagtwist::MakeFlight("figure8", config.map, {3.0, 1.2});
-  const auto path = tagtwist::SplineTrajectory::Fit(*poses, {});
+  const auto path = tagtwist::FlightPath("figure8", config.map, {3.0, 1.2});
   tagtwist::SimulatorOptions options;
   options.images = false;
   const auto simulator =
