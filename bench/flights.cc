@@ -67,10 +67,10 @@ std::vector<BenchFlight> BenchGrid(double corner_noise_px) {
 
 Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, double duration_s,
                               uint64_t seed) {
-  FlightOptions options;
-  options.duration_s = duration_s;
-  options.height_m = RandomStream(seed, kHeightPurpose).Uniform(1.0, 1.4);
-  const auto path = FlightPath(flight.trajectory, config.map, options);
+  FlightOptions shape;
+  shape.duration_s = duration_s;
+  shape.height_m = RandomStream(seed, kHeightPurpose).Uniform(1.0, 1.4);
+  const auto path = FlightPath(flight.trajectory, config.map, shape);
   if (!path) return path.error();
   StampOptions stamp_options;
   stamp_options.jitter_s = flight.jitter_s;
