@@ -91,6 +91,7 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
   estimate.frames = std::move(result->frames);
   estimate.noise = result->noise;
   estimate.reprojection_px = std::move(result->reprojection_px);
+  estimate.reprojection = std::move(result->reprojection);
   for (std::string& warning : result->warnings) estimate.warnings.push_back(std::move(warning));
   return estimate;
 }
@@ -139,6 +140,7 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   if (!read) return read.error();
   for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
   estimate.noise = window.noise();
+  estimate.reprojection = window.Reprojection();
   if (stream && !stream->problem().empty()) estimate.warnings.push_back(stream->problem());
   for (std::string& warning : window.Warnings()) estimate.warnings.push_back(std::move(warning));
   return estimate;

@@ -146,6 +146,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
   if (!solution) return solution.error();
 
   TagAudit audit;
+  ReprojectionTally reprojection;
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
   out.trajectory = MakeTrajectory(std::move(*solution), out.noise);
   for (size_t i = 0; i < seeds->size(); ++i) {
@@ -157,6 +158,8 @@ Result<BatchResult> BatchEstimator::Solve() const {
     if (k >= 0) {
       const std::vector<double> errors = ReprojectionErrors(setup_, frame);
       out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
+      reprojection.Add(setup_.camera, setup_.map, frame.t_ns,
+                       setup_.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
       at.covariance = covariances[static_cast<size_t>(k)];
     }
     const auto bound =
@@ -178,6 +181,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
         ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame, at.covariance));
     out.frames.back().pose_bound = bound;
   }
+  out.reprojection = reprojection.Errors();
   out.warnings = audit.Warnings();
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);

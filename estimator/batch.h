@@ -17,6 +17,7 @@ struct BatchResult {
   Trajectory trajectory;              // to ask between the frames
   NoiseModel noise;
   std::vector<double> reprojection_px;  // distance of every accepted corner from its prediction
+  ReprojectionErrorsByPlace reprojection;
   std::vector<std::string> warnings;
 };
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/reprojection_tally.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 #include "residuals/motion_prior.h"
@@ -37,6 +38,7 @@ struct NoiseModel {
   MotionPrior linear{WhiteNoiseOn::kJerk, 30.0};    // [(m/s^3)^2/Hz] or [(m/s^2)^2/Hz]
   MotionPrior angular{WhiteNoiseOn::kJerk, 300.0};  // [(rad/s^3)^2/Hz] or [(rad/s^2)^2/Hz]
   std::string source = "default";  // "default", "learned", "given", or "learned, given" when mixed
+  bool corner_is_given = false;    // then a detection's own covariance does not count
 };
 
 /// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode
@@ -57,7 +59,8 @@ struct Estimate {
   std::vector<FrameEstimate> frames;  // one a frame; in window mode known at the frame's arrival
   std::vector<FrameEstimate> lagged;  // window mode: the same frames at the window's lag
   NoiseModel noise;
-  std::vector<double> reprojection_px;  // every corner's distance from its prediction [px]
+  std::vector<double> reprojection_px;     // every corner's distance from its prediction [px]
+  ReprojectionErrorsByPlace reprojection;  // window mode: at the window's lag
   StageTimes times;
   std::optional<LiveRun> live;
   std::optional<double> deadline_ms;  // of a frame, where there was one

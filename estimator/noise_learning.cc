@@ -249,6 +249,7 @@ NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open) {
   noise.angular = InitialPrior(options.motion_prior, options.angular_accel_psd,
                                options.angular_jerk_psd, open, 10.0, 300.0);
   noise.source = Source(options, "default");
+  noise.corner_is_given = options.corner_sigma_px.has_value();
   return noise;
 }
 

@@ -11,6 +11,7 @@
 #include "estimator/report_page.h"
 #include "estimator/report_pictures.h"
 #include "estimator/report_plots.h"
+#include "estimator/report_words.h"
 
 namespace tagtwist {
 namespace {
@@ -25,98 +26,6 @@ enum Slot : size_t {
   kFrameBound,
   kFirstStage
 };
-
-const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::string& key) {
-  for (const ComparisonRow& row : rows) {
-    if (row.key == key) return &row;
-  }
-  return nullptr;
-}
-
-std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
-  const auto count = [&](FrameStatus status) {
-    return static_cast<size_t>(
-        std::count_if(e.frames.begin(), e.frames.end(),
-                      [status](const FrameEstimate& f) { return f.status == status; }));
-  };
-  const size_t predicted = count(FrameStatus::kPredicted), none = count(FrameStatus::kNoFix);
-  std::string out = Format("Pose and twist of the body for %zu of %zu frames",
-                           e.frames.size() - none, e.frames.size());
-  if (!e.frames.empty()) {
-    out += Format(", %.2f s", ToSeconds(e.frames.back().t_ns - e.frames.front().t_ns));
-  }
-  out += e.mode == "batch" ? ", estimated from all images together (batch)."
-                           : ", estimated as the images came in (sliding window).";
-  if (predicted > 0) {
-    out += Format(
-        " In %zu frames no tag was usable; their states come from tracks, neighbours and "
-        "the motion prior.",
-        predicted);
-  }
-  if (none > 0) out += Format(" %zu frames before the first tag have no state.", none);
-  out += Format(" The map has %zu tags. It took %.1f s and %.0f MiB.", input.map.tags().size(),
-                input.facts.wall_s, input.facts.peak_rss_mib);
-  return out;
-}
-
-std::string NoiseText(const Estimate& e) {
-  const NoiseModel& n = e.noise;
-  const bool jerk = n.linear.on == WhiteNoiseOn::kJerk;
-  const bool angular_jerk = n.angular.on == WhiteNoiseOn::kJerk;
-  std::string out = Format(
-      "Noise (%s): corners %.3f px, tracks %.3f px, %s %.3g %s, angular %s %.3g %s.",
-      n.source.c_str(), n.corner_sigma_px, n.track_sigma_px, jerk ? "jerk" : "acceleration",
-      n.linear.psd, jerk ? "(m/s^3)^2/Hz" : "(m/s^2)^2/Hz", angular_jerk ? "jerk" : "acceleration",
-      n.angular.psd, angular_jerk ? "(rad/s^3)^2/Hz" : "(rad/s^2)^2/Hz");
-  if (!e.reprojection_px.empty()) {
-    out += Format(
-        " Corners lie %.3f px (median; 95 %% below %.3f px) from where the estimate puts "
-        "them.",
-        Quantile(e.reprojection_px, 0.5), Quantile(e.reprojection_px, 0.95));
-  }
-  return out;
-}
-
-std::string AccuracyText(const std::vector<ComparisonRow>& rows) {
-  const ComparisonRow* optimised = FindRow(rows, "optimised");
-  const ComparisonRow* closed = FindRow(rows, "closed_form");
-  if (optimised == nullptr || !optimised->accuracy) {
-    return "There is no ground truth to judge by; the table tells how restless the twists are.";
-  }
-  const Accuracy& a = *optimised->accuracy;
-  std::string out = Format("Against ground truth (%zu frames): position %.1f mm RMS (3-D)",
-                           a.matched, 1e3 * a.position_m.rmse);
-  const bool both = closed != nullptr && closed->accuracy;
-  if (both) out += Format(", closed form %.1f mm", 1e3 * closed->accuracy->position_m.rmse);
-  if (a.velocity_mps) {
-    out += Format("; velocity %.4f m/s", a.velocity_mps->rmse);
-    if (both && closed->accuracy->velocity_mps) {
-      out += Format(", closed form %.4f m/s", closed->accuracy->velocity_mps->rmse);
-    }
-  }
-  out += ".";
-  const auto& nees = a.nees ? a.nees : a.nees_pose;
-  if (nees) {
-    out += Format(
-        " NEES is %.2f for %d degrees of freedom (%.2f each; 1 means that the covariance "
-        "is right; below, that it is cautious; above, that it promises too much).",
-        nees->mean, nees->dof, nees->per_dof());
-  }
-  return out;
-}
-
-std::string Words(const Estimate& e, const ReportInput& input) {
-  std::string out = ParagraphHtml(WhatWasDone(e, input)) + ParagraphHtml(NoiseText(e)) +
-                    ParagraphHtml(AccuracyText(input.rows));
-  for (const std::string& warning : e.warnings) out += ParagraphHtml(warning, "warning");
-  if (!input.rows.empty()) out += TableHtml(ComparisonCells(input.rows, 1));
-  out += ParagraphHtml(ComparisonNotes(input.rows), "note");
-  return out + ParagraphHtml(
-                   "Plots: drag to zoom, all of them follow; double-click for everything; "
-                   "shift-drag to move; two fingers on a touch screen. The buttons hide "
-                   "and show a series everywhere.",
-                   "note");
-}
 
 PlotInput Plots(const Estimate& e, const ReportInput& input) {
   PlotInput out;
@@ -221,7 +130,7 @@ ReportSection Times(const Estimate& e, const std::vector<double>& t_s) {
 std::string FormatReport(const Estimate& e, const ReportInput& input) {
   ReportPage page;
   page.title = "tagtwist: " + input.facts.dataset;
-  page.html = Words(e, input);
+  page.html = ReportWordsHtml(e, input);
   page.slots = {"ground truth", "closed form", "optimised",       "optimised, lagged",
                 "tags",         "tracks",      "each frame alone"};
   for (const Stage& stage : Stages(e.times)) page.slots.emplace_back(stage.name);

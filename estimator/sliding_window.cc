@@ -264,6 +264,8 @@ void SlidingWindow::Forget(size_t n_frames) {
   for (size_t i = 0; i < n_frames; ++i) {
     const GraphFrame& frame = hypotheses_.front().input.frames[i];
     audit_.Add(setup_, frame, seen_[i].tags);
+    reprojection_.Add(setup_.camera, setup_.map, frame.t_ns,
+                      setup_.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
     if (!frame.tags.empty()) last_tag_ns_ = frame.t_ns;
   }
   seen_.erase(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(n_frames));

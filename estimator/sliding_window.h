@@ -52,6 +52,8 @@ class SlidingWindow {
   const NoiseModel& noise() const { return noise_; }
   /// What the frames that left say of tags and map, one line each; after Finish all frames.
   std::vector<std::string> Warnings() const;
+  /// The same of their corners.
+  ReprojectionErrorsByPlace Reprojection() const { return reprojection_.Errors(); }
 
  private:
   // What the solve does not need of a frame.
@@ -87,6 +89,7 @@ class SlidingWindow {
   OtherPlace other_place_;                    // that the latest frames tell
   std::optional<int64_t> last_tag_ns_;        // of the frames that left
   TagAudit audit_;                            // of the frames that left
+  ReprojectionTally reprojection_;            // likewise
   PredictionCheck prediction_check_;          // likewise
   WindowCalibration calibration_;             // likewise
   NoiseStatistics statistics_;                // likewise, fading
