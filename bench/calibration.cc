@@ -15,12 +15,14 @@
 
 DEFINE_int32(seeds, 40, "Flights, every one with noise and tags of its own.");
 DEFINE_int32(frames, 120, "Of a flight, at 10 Hz.");
+DEFINE_double(line_time_us, 0,
+              "Of the rolling shutter that all flights have; believed to be 0 +- 50. 0: none.");
 DEFINE_int32(threads, 0, "Runs at once; 0: as many as the machine has. The figures do not change.");
 
 namespace tagtwist {
 namespace {
 
-constexpr double kThreeSigma = 3;
+constexpr double kThreeSigma = 3, kLineTimeSigmaS = 5e-5;
 
 // Squared distances of estimated poses from the exact ones, summed over the frames.
 struct PoseScore {
@@ -58,7 +60,9 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
   options.frames = FLAGS_frames;
   options.rate_hz = 10;
   options.seed = seed;
-  const CalibrationFlight flight = DrawCalibrationFlight(options);
+  options.line_time_s = 1e-6 * FLAGS_line_time_us;
+  CalibrationFlight flight = DrawCalibrationFlight(options);
+  if (options.line_time_s != 0) flight.config.calibration.line_time_sigma_s = kLineTimeSigmaS;
   const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
   if (!result) return result.error();
   CalibrationScore out;
@@ -147,15 +151,16 @@ Status Measure(int threads) {
 
 Usage CalibrationUsage() {
   return {"calibration",
-          "[--seeds N] [--frames N] [--threads N]",
+          "[--seeds N] [--frames N] [--line_time_us U] [--threads N]",
           "Monte Carlo of --calibrate: flights whose focal length, principal point, distortion,\n"
           "mount, print scale, clock and tags are all wrong at once, against ground truth.",
-          {{"How much", {"seeds", "frames"}}, {"Running", {"threads"}}}};
+          {{"How much", {"seeds", "frames", "line_time_us"}}, {"Running", {"threads"}}}};
 }
 
 std::optional<std::string> FlagProblem() {
   return FirstFlagProblem({CheckRange("seeds", FLAGS_seeds, 1, 1e6),
                            CheckRange("frames", FLAGS_frames, 20, 1e6),
+                           CheckRange("line_time_us", FLAGS_line_time_us, -1e3, 1e3),
                            CheckRange("threads", FLAGS_threads, 0, 256)});
 }
 

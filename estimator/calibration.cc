@@ -19,6 +19,7 @@ constexpr double kClockSigmas = 3;  // as far as the clock may move, there is tr
 CalibrationState StateOf(const Config& config) {
   CalibrationState out;
   out.camera = config.camera;
+  out.line_time_s = config.line_time_s;
   out.cam_from_body = config.cam_from_body;
   out.tags = config.map.tags();
   return out;
@@ -49,6 +50,12 @@ std::vector<CalibrationFrame> MakeFrames(const Config& config, const std::vector
     out.push_back(std::move(frame));
   }
   return out;
+}
+
+// Frames whose motion is not known cannot say what a rolling shutter did to them.
+void DropStandAlone(std::vector<CalibrationFrame>* frames) {
+  const auto alone = [](const CalibrationFrame& frame) { return !frame.motion; };
+  frames->erase(std::remove_if(frames->begin(), frames->end(), alone), frames->end());
 }
 
 // Holds what nothing is seen of.
@@ -85,6 +92,7 @@ int BlocksFor(const CalibrationProblem& problem, int wanted) {
 Config Apply(const Config& config, const CalibrationState& state) {
   Config out = config;
   out.camera = state.camera;
+  out.line_time_s = state.line_time_s;
   out.cam_from_body = state.cam_from_body;
   const double scale = std::exp(state.log_scale);
   std::vector<Tag> tags = state.tags;
@@ -110,6 +118,10 @@ Result<CalibrationProblem> MakeCalibrationProblem(
   out.truth = truth;
   out.robust_scale = config.estimator.robust_scale;
   out.frames = MakeFrames(config, *seeds, truth);
+  UpdateMotion(&out.frames);
+  if (config.line_time_s != 0 || config.calibration.line_time_sigma_s > 0) {
+    DropStandAlone(&out.frames);
+  }
   if (static_cast<int>(out.frames.size()) < kLeastFrames) {
     return Error{"a calibration needs " + std::to_string(kLeastFrames) + " frames with tags, got " +
                  std::to_string(out.frames.size())};
@@ -139,6 +151,7 @@ Result<Calibration> Calibrate(const Config& config,
   out.given = problem->prior;
   out.parameters = ParametersOf(problem->prior, config.calibration);
   problem->frames = std::move(all.frames);  // where searches start from
+  UpdateMotion(&problem->frames);
   SetCornerNoise(all.noise.corner_sigma_px, &problem->frames);
   out.unseen = FindUnseen(out.given, out.parameters, problem->prior_sigmas, all.covariance);
   out.validation = ValidateGroups(*problem, out.parameters, all.state, all.noise,

@@ -61,7 +61,11 @@ std::string CameraText(const Calibration& c) {
   out += "  distortion: " + FormatNumberList(DistortionCoefficients(camera));
   std::string sigmas;
   for (int i = kFirstDistortion; i < LensSize(camera); ++i) sigmas += Format(" %.2g", c.sigma(i));
-  return out + "  # +-" + sigmas + "\n";
+  out += "  # +-" + sigmas + "\n";
+  const double line_time_sigma_s = c.sigma(LayoutOf(c.given).line_time());
+  if (c.config.line_time_s == 0 && !(line_time_sigma_s > 0)) return out;
+  return out + "  line_time_s: " + Number(c.config.line_time_s) +
+         SigmaComment("%.2g", line_time_sigma_s) + "\n";
 }
 
 std::string MountText(const Calibration& c) {

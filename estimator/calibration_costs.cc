@@ -42,9 +42,10 @@ std::optional<WhitenedTruth> LinearizeTruth(const CalibrationProblem& problem,
 
 bool LinearizeView(const CalibrationState& state, const CalibrationFrame& frame,
                    const CalibrationView& view, TagCalibrationResidual* out, bool shared) {
+  const RollingShutter shutter{state.line_time_s, frame.motion.value_or(Twist())};
   return EvaluateTagCalibration(state.tags[static_cast<size_t>(view.tag)],
                                 std::exp(state.log_scale), state.camera, frame.world_from_cam,
-                                view.pixels, view.whitener, out, shared);
+                                view.pixels, view.whitener, shutter, out, shared);
 }
 
 std::optional<PoseNormals> LinearizePose(const CalibrationProblem& problem,

@@ -8,7 +8,7 @@
 namespace tagtwist {
 namespace {
 
-constexpr int kMaxGlobals = kMaxLensSize + 1 + kTruthColumns;  // all but the tags' entries
+constexpr int kMaxGlobals = kMaxLensSize + 2 + kTruthColumns;  // all but the tags' entries
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -23,7 +23,7 @@ struct FrameColumns {
 FrameColumns ColumnsOf(const CalibrationLayout& layout, const CalibrationFrame& frame,
                        bool free_tags) {
   FrameColumns out;
-  out.globals = frame.has_truth ? layout.tag(0) : layout.scale() + 1;
+  out.globals = frame.has_truth ? layout.tag(0) : layout.mount();
   if (!free_tags) return out;
   for (const CalibrationView& view : frame.views()) out.tags.push_back(layout.tag(view.tag));
   return out;
@@ -37,9 +37,9 @@ void AddView(const TagCalibrationResidual& at, double weight, const FrameColumns
   const Eigen::Matrix<double, 6, 8> cam = weight * at.by_cam.transpose();
   pose->information += cam.lazyProduct(at.by_cam);
   pose->gradient += cam.lazyProduct(at.residual);
-  const Eigen::Index n = at.by_lens.cols() + 1;
+  const Eigen::Index n = at.by_lens.cols() + 2;
   Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxGlobals> by_global(8, n);
-  by_global << at.by_lens, at.by_log_scale;
+  by_global << at.by_lens, at.by_log_scale, at.by_line_time;
   by_columns->leftCols(n) += cam.lazyProduct(by_global);
   const Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::ColMajor, kMaxGlobals, 8> weighted_global =
       weight * by_global.transpose();

@@ -102,6 +102,7 @@ std::string WhatWouldShow(const std::string& kind) {
     return "views that tilt against the tags, or tags at several depths in one image";
   }
   if (kind.rfind("principal point", 0) == 0) return "tilted views from several sides";
+  if (kind == "line time") return "faster turns, and tags from the first row to the last";
   if (kind == "print scale") return "ground truth over a wider range";
   if (kind == "clock") return "faster and changing motion";
   if (kind.rfind("mount tilt", 0) == 0) return "turns about several axes";

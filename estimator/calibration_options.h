@@ -13,6 +13,7 @@ struct CalibrationOptions {
   double radial_sigma = 0.05;            // of k1 and k2
   double tangential_sigma = 0.005;       // of p1 and p2
   double higher_distortion_sigma = 0;    // of every further coefficient
+  double line_time_sigma_s = 0;          // of a rolling shutter's time from row to row
   double print_scale_sigma = 0.005;      // of the whole map, relative
   double tag_position_sigma_m = 0.01;    // of each coordinate of a tag's centre
   double tag_rotation_sigma_rad = 0.03;  // of a tag about each axis
@@ -33,6 +34,7 @@ struct CalibrationOptions {
     visit("radial_sigma", self.radial_sigma);
     visit("tangential_sigma", self.tangential_sigma);
     visit("higher_distortion_sigma", self.higher_distortion_sigma);
+    visit("line_time_sigma_s", self.line_time_sigma_s);
     visit("print_scale_sigma", self.print_scale_sigma);
     visit("tag_position_sigma_m", self.tag_position_sigma_m);
     visit("tag_rotation_sigma_rad", self.tag_rotation_sigma_rad);

@@ -1,6 +1,7 @@
 #include "estimator/calibration_problem.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -53,6 +54,7 @@ CalibrationState Perturb(const CalibrationState& state, const Eigen::VectorXd& s
   CalibrationState out = state;
   out.camera = PerturbLens(state.camera, step.head(layout.lens_size));
   out.log_scale += step(layout.scale());
+  out.line_time_s += step(layout.line_time());
   out.cam_from_body = PerturbPose(state.cam_from_body, step.segment<6>(layout.mount()));
   out.truth_from_world = PerturbPose(state.truth_from_world, step.segment<6>(layout.world()));
   out.time_offset_s += step(layout.clock());
@@ -68,6 +70,7 @@ Eigen::VectorXd Difference(const CalibrationState& state, const CalibrationState
   Eigen::VectorXd out(layout.size());
   out.head(layout.lens_size) = LensDifference(state.camera, reference.camera);
   out(layout.scale()) = state.log_scale - reference.log_scale;
+  out(layout.line_time()) = state.line_time_s - reference.line_time_s;
   out.segment<6>(layout.mount()) = PoseDifference(state.cam_from_body, reference.cam_from_body);
   out.segment<6>(layout.world()) =
       PoseDifference(state.truth_from_world, reference.truth_from_world);
@@ -86,6 +89,8 @@ const char* ToString(CalibrationGroup group) {
       return "focal length and principal point";
     case CalibrationGroup::kDistortion:
       return "distortion";
+    case CalibrationGroup::kShutter:
+      return "line time of the rolling shutter";
     case CalibrationGroup::kMap:
       return "tag poses and print scale";
     case CalibrationGroup::kTruth:
@@ -110,6 +115,7 @@ std::vector<CalibrationParameter> ParametersOf(const CalibrationState& state,
     add(Group::kDistortion, name, "", DistortionSigma(name, options));
   }
   add(Group::kMap, "print scale", "", options.print_scale_sigma);
+  add(Group::kShutter, "line time", "s", options.line_time_sigma_s);
   AddPose(Group::kTruth, "mount", "mount", options.mount_rotation_sigma_rad,
           options.mount_position_sigma_m, &out);
   AddPose(Group::kTruth, "world", "world", options.world_rotation_sigma_rad,
@@ -132,6 +138,22 @@ void SetCornerNoise(double sigma_px, std::vector<CalibrationFrame>* frames) {
       view.whitener = CornerWhitener(covariance);
     }
     frame.shared_views = std::make_shared<const std::vector<CalibrationView>>(std::move(views));
+  }
+}
+
+void UpdateMotion(std::vector<CalibrationFrame>* frames) {
+  constexpr double kFarthestS = 0.2;
+  for (size_t i = 0; i < frames->size(); ++i) {
+    const auto near = [&](size_t k) {
+      return std::abs(ToSeconds((*frames)[k].t_ns - (*frames)[i].t_ns)) <= kFarthestS;
+    };
+    const CalibrationFrame& first = (*frames)[i > 0 && near(i - 1) ? i - 1 : i];
+    const CalibrationFrame& last = (*frames)[i + 1 < frames->size() && near(i + 1) ? i + 1 : i];
+    (*frames)[i].motion.reset();
+    if (first.t_ns == last.t_ns) continue;
+    const double dt_s = ToSeconds(last.t_ns - first.t_ns);
+    const Vector6 way = PoseDifference(last.world_from_cam, first.world_from_cam);
+    (*frames)[i].motion = Twist{way.tail<3>() / dt_s, way.head<3>() / dt_s};
   }
 }
 

@@ -20,21 +20,23 @@ namespace tagtwist {
 /// truth_from_world * world_from_cam(t) * cam_from_body.
 struct CalibrationState {
   Camera camera;
-  double log_scale = 0;  // of the print
+  double log_scale = 0;    // of the print
+  double line_time_s = 0;  // of a rolling shutter (RollingShutter)
   Pose cam_from_body, truth_from_world;
   double time_offset_s = 0;
   std::vector<Tag> tags;
 };
 
-/// Where the entries of a state's error state are: [lens (lens.h); log scale; mount 6; world 6;
-/// clock; 6 a tag]; poses as in pose.h.
+/// Where the entries of a state's error state are: [lens (lens.h); log scale; line time; mount 6;
+/// world 6; clock; 6 a tag]; poses as in pose.h.
 struct CalibrationLayout {
   int lens_size = 0, n_tags = 0;
   int scale() const { return lens_size; }
-  int mount() const { return lens_size + 1; }
-  int world() const { return lens_size + 7; }
-  int clock() const { return lens_size + 13; }
-  int tag(int index) const { return lens_size + 14 + 6 * index; }
+  int line_time() const { return lens_size + 1; }
+  int mount() const { return lens_size + 2; }
+  int world() const { return mount() + 6; }
+  int clock() const { return world() + 6; }
+  int tag(int index) const { return clock() + 1 + 6 * index; }
   int size() const { return tag(n_tags); }
 };
 CalibrationLayout LayoutOf(const CalibrationState& state);
@@ -44,10 +46,10 @@ CalibrationState Perturb(const CalibrationState& state, const Eigen::VectorXd& s
 Eigen::VectorXd Difference(const CalibrationState& state, const CalibrationState& reference);
 
 /// Parameters that are judged together.
-enum class CalibrationGroup { kPinhole, kDistortion, kMap, kTruth };
+enum class CalibrationGroup { kPinhole, kDistortion, kShutter, kMap, kTruth };
 inline constexpr std::array kAllCalibrationGroups = {
-    CalibrationGroup::kPinhole, CalibrationGroup::kDistortion, CalibrationGroup::kMap,
-    CalibrationGroup::kTruth};
+    CalibrationGroup::kPinhole, CalibrationGroup::kDistortion, CalibrationGroup::kShutter,
+    CalibrationGroup::kMap, CalibrationGroup::kTruth};
 const char* ToString(CalibrationGroup group);
 
 /// One entry of the error state.
@@ -76,6 +78,7 @@ struct CalibrationFrame {
   int64_t t_ns = 0;
   Pose world_from_cam;
   bool pose_known = false;
+  std::optional<Twist> motion;  // of the camera, as RollingShutter takes it; absent: not known
   bool has_truth = false;
   std::shared_ptr<const std::vector<CalibrationView>> shared_views;
 
@@ -106,6 +109,10 @@ struct CalibrationProblem {
 
 /// Whitens every view of the frames by that noise.
 void SetCornerNoise(double sigma_px, std::vector<CalibrationFrame>* frames);
+
+/// The frames' motion from the poses of their neighbours (their own counts where it is an end):
+/// central differences, none where the nearer one is more than 0.2 s away. Frames in order of time.
+void UpdateMotion(std::vector<CalibrationFrame>* frames);
 
 /// The state with every held parameter back at the prior: where a search may start.
 CalibrationState OnlyFree(const CalibrationState& state, const CalibrationProblem& problem);

@@ -183,6 +183,7 @@ CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
     const bool enough = change < kEnough || noise.corner_sigma_px <= kMinCornerPx;
     if (enough || round == kMaxRounds) break;
     weighted.frames = std::move(out.frames);
+    UpdateMotion(&weighted.frames);
     SetCornerNoise(noise.corner_sigma_px, &weighted.frames);
     const CalibrationState at = out.state;
     out = Solve(weighted, at, noise, &normals);

@@ -50,6 +50,17 @@ void AddLens(const Calibration& c, std::vector<std::string>* out) {
   }
 }
 
+void AddShutter(const Calibration& c, std::vector<std::string>* out) {
+  const int entry = LayoutOf(c.given).line_time();
+  const double sigmas = Significance(c, entry, 1);
+  if (!(sigmas > kTold)) return;
+  out->push_back(
+      Format("rolling shutter: %.2f us from row to row, %+.2f against the configuration "
+             "(%.0f sigma); %.1f ms an image",
+             1e6 * c.refined.line_time_s, 1e6 * c.change(entry), sigmas,
+             1e3 * std::abs(c.refined.line_time_s) * c.given.camera.height));
+}
+
 void AddPose(const Calibration& c, int first, const char* name, std::vector<std::string>* out) {
   const double turn = Significance(c, first, 3), way = Significance(c, first + 3, 3);
   if (turn > kTold) {
@@ -216,6 +227,7 @@ std::vector<std::string> CalibrationText(const Calibration& c) {
   out.push_back(noise);
   AddValidation(c, &out);
   AddLens(c, &out);
+  AddShutter(c, &out);
   AddTruth(c, &out);
   AddTags(c, &out);
   const ScaleAndFocal both = CompareScaleAndFocal(c);

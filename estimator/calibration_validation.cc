@@ -8,7 +8,6 @@
 #include "estimator/ground_truth.h"
 #include "estimator/quantile.h"
 #include "frontend/types/so3.h"
-#include "residuals/tag_calibration_residual.h"
 
 namespace tagtwist {
 namespace {
@@ -25,14 +24,10 @@ void AddSamples(const CalibrationProblem& problem, const CalibrationState& state
                 const CalibrationNoise& noise, CalibrationFrame frame, Samples* out) {
   const bool has_truth = std::exchange(frame.has_truth, false);
   if (has_truth && !AdjustPose(problem, state, noise, &frame)) return;
-  using Matrix8 = Eigen::Matrix<double, 8, 8>;
   TagCalibrationResidual at;
-  for (const CalibrationView& view : frame.views()) {
-    if (!EvaluateTagCalibration(state.tags[static_cast<size_t>(view.tag)],
-                                std::exp(state.log_scale), state.camera, frame.world_from_cam,
-                                view.pixels, Matrix8::Identity(), &at, false)) {
-      continue;
-    }
+  for (CalibrationView view : frame.views()) {
+    view.whitener.setIdentity();
+    if (!LinearizeView(state, frame, view, &at, false)) continue;
     for (const double error : at.residual) out->corner_px.push_back(std::abs(error));
   }
   if (!has_truth) return;

@@ -159,6 +159,7 @@ Result<CameraFile> ReadOwn(const YamlValue& node) {
   YamlSection section(node);
   CameraFile out;
   ReadCameraKeys(&section, &out.camera);
+  ReadLineTime(&section, &out.line_time_s);
   if (Status status = section.Finish(); !status) return status.error();
   return out;
 }

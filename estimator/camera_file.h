@@ -11,6 +11,7 @@ namespace tagtwist {
 /// What a calibration file says of one camera.
 struct CameraFile {
   Camera camera;
+  double line_time_s = 0;             // of a rolling shutter; only tagtwist's own files tell it
   std::optional<Pose> cam_from_body;  // Kalibr's T_cam_imu: the body is the IMU
 };
 

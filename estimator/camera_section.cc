@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "frontend/option_check.h"
+
 namespace tagtwist {
 namespace {
 
@@ -80,6 +82,12 @@ void ReadCameraKeys(YamlSection* section, Camera* camera) {
     section->Keep(read ? SetLens(*node, lens, k, camera) : read);
   }
   section->KeepProblem(camera->Problem());
+}
+
+void ReadLineTime(YamlSection* section, double* line_time_s) {
+  constexpr double kMostS = 1e-3;
+  (*section)("line_time_s", *line_time_s);
+  section->KeepProblem(CheckRange("line_time_s", *line_time_s, -kMostS, kMostS));
 }
 
 }  // namespace tagtwist

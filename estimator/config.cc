@@ -32,6 +32,7 @@ Status TakeCamera(const std::string& path, const std::string& name, bool has_mou
   const Result<CameraFile> file = ReadCameraFile(path, name);
   if (!file) return file.error();
   config->camera = file->camera;
+  config->line_time_s = file->line_time_s;
   if (!has_mount) config->cam_from_body = file->cam_from_body.value_or(Pose());
   return Ok();
 }
@@ -43,6 +44,7 @@ Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
   if (file.empty()) {
     config->camera = Camera();
     ReadCameraKeys(&section, &config->camera);
+    ReadLineTime(&section, &config->line_time_s);
     return section.Finish();
   }
   section("name", name);

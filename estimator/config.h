@@ -16,6 +16,7 @@ namespace tagtwist {
 /// All that a run is configured with.
 struct Config {
   Camera camera;
+  double line_time_s = 0;  // of a rolling shutter: row v is taken line_time_s * v after the stamp
   Pose cam_from_body;
   TagMap map;                          // without the movable tags
   std::vector<int> movable_tags = {};  // ids, ascending: they may be anywhere, and are passed over

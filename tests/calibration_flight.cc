@@ -74,17 +74,35 @@ Eigen::VectorXd Errors(const CalibrationState& state, const CalibrationFlightOpt
   return out;
 }
 
-std::optional<TagDetection> See(const CalibrationState& state, const Tag& tag, const Pose& body,
-                                double sigma_px, Draw* draw) {
-  const Pose cam_from_world = state.cam_from_body * Inverse(body);
+// Pixel of a corner whose row is taken while the body moves on; `body_after`: seconds after the
+// stamp.
+template <typename BodyAfter>
+std::optional<Eigen::Vector2d> SeeCorner(const CalibrationState& state,
+                                         const Eigen::Vector3d& corner,
+                                         const BodyAfter& body_after) {
+  Eigen::Vector2d pixel(0, 0);
+  const int rounds = state.line_time_s == 0 ? 1 : 8;  // until the row agrees with its time
+  for (int i = 0; i < rounds; ++i) {
+    const Pose cam_from_world =
+        state.cam_from_body * Inverse(body_after(state.line_time_s * pixel.y()));
+    const Eigen::Vector3d in_cam = cam_from_world * corner;
+    // Beyond the field of view the lens model folds back.
+    if (!(in_cam.z() > 0.1) || in_cam.head<2>().norm() > 1.2 * in_cam.z()) return std::nullopt;
+    if (!state.camera.Project(in_cam, &pixel)) return std::nullopt;
+  }
+  return pixel;
+}
+
+template <typename BodyAfter>
+std::optional<TagDetection> See(const CalibrationState& state, const Tag& tag,
+                                const BodyAfter& body_after, double sigma_px, Draw* draw) {
   const std::array<Eigen::Vector3d, 4> corners = TagCornersInWorld(tag);
   TagDetection out;
   out.id = tag.id;
   for (size_t c = 0; c < 4; ++c) {
-    const Eigen::Vector3d in_cam = cam_from_world * (std::exp(state.log_scale) * corners[c]);
-    // Beyond the field of view the lens model folds back.
-    if (!(in_cam.z() > 0.1) || in_cam.head<2>().norm() > 1.2 * in_cam.z()) return std::nullopt;
-    if (!state.camera.Project(in_cam, &out.corners[c])) return std::nullopt;
+    const auto pixel = SeeCorner(state, std::exp(state.log_scale) * corners[c], body_after);
+    if (!pixel) return std::nullopt;
+    out.corners[c] = *pixel;
     if (!state.camera.Contains(out.corners[c], 2)) return std::nullopt;
     out.corners[c] += draw->Normal2(sigma_px);
   }
@@ -106,14 +124,17 @@ CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options)
   believed.cam_from_body = out.config.cam_from_body;
   believed.tags = out.config.map.tags();
   out.truth = Perturb(believed, Errors(believed, options, &draw));
+  out.truth.line_time_s = options.line_time_s;
   for (int i = 0; i < options.frames; ++i) {
     const double t = kStartS + i / options.rate_hz;
     FrameMeasurements frame;
     frame.t_ns = std::llround(1e9 * t);
-    const Pose body = WorldFromBodyAt(t + out.truth.time_offset_s, options);
-    out.world_from_body.push_back(body);
+    const auto body_after = [&](double after_s) {
+      return WorldFromBodyAt(t + out.truth.time_offset_s + after_s, options);
+    };
+    out.world_from_body.push_back(body_after(0));
     for (const Tag& tag : out.truth.tags) {
-      if (const auto seen = See(out.truth, tag, body, options.corner_sigma_px, &draw)) {
+      if (const auto seen = See(out.truth, tag, body_after, options.corner_sigma_px, &draw)) {
         frame.tags.push_back(*seen);
       }
     }

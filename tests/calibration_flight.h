@@ -23,6 +23,7 @@ struct CalibrationFlightOptions {
   double rate_hz = 25;
   double corner_sigma_px = 0.15;
   double truth_position_sigma_m = 0.0005, truth_rotation_sigma_rad = 0.001;
+  double line_time_s = 0;  // of the shutter; not what is believed
   double tag_position_sigma_m = 0.005, tag_rotation_sigma_rad = 0.01;  // an axis
   unsigned seed = 1;
 };

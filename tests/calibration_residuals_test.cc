@@ -47,6 +47,8 @@ void ExpectDerivative(const Eigen::MatrixXd& analytic, const Function& f) {
   }
 }
 
+constexpr double kLineTimeS = 1e-4;
+
 TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
   Eigen::Matrix<double, 8, 8> root;
   for (int i = 0; i < 64; ++i) root.data()[i] = std::sin(1.0 + 3.0 * i);
@@ -62,22 +64,26 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
         Eigen::Vector2d(300, 200), Eigen::Vector2d(320, 200), Eigen::Vector2d(320, 220),
         Eigen::Vector2d(300, 220)};
     const double log_scale = 0.02 * Uniform();
-    // d: [camera 6, tag 6, log scale, lens].
+    const Twist motion{Vec(), Vec()};
+    // d: [camera 6, tag 6, log scale, lens, line time in units of its own].
     const auto at = [&](const Eigen::VectorXd& d, TagCalibrationResidual* out) {
       Tag moved = tag;
       moved.world_from_tag = Moved(tag.world_from_tag, d.segment<6>(6));
-      EXPECT_TRUE(EvaluateTagCalibration(
-          moved, std::exp(log_scale + d(12)), PerturbLens(Lens(), d.tail(12)),
-          Moved(world_from_cam, d.head<6>()), pixels, whitener, out));
+      EXPECT_TRUE(EvaluateTagCalibration(moved, std::exp(log_scale + d(12)),
+                                         PerturbLens(Lens(), d.segment(13, 12)),
+                                         Moved(world_from_cam, d.head<6>()), pixels, whitener,
+                                         {kLineTimeS + kLineTimeS * d(25), motion}, out));
     };
     TagCalibrationResidual linear;
-    at(Eigen::VectorXd::Zero(25), &linear);
-    Eigen::MatrixXd analytic(8, 25);
-    analytic << linear.by_cam, linear.by_tag, linear.by_log_scale, linear.by_lens;
-    for (const auto& [first, n] : {std::pair(0, 6), std::pair(6, 6), std::pair(12, 1),
-                                   std::pair(13, 2), std::pair(15, 2), std::pair(17, 8)}) {
+    at(Eigen::VectorXd::Zero(26), &linear);
+    Eigen::MatrixXd analytic(8, 26);
+    analytic << linear.by_cam, linear.by_tag, linear.by_log_scale, linear.by_lens,
+        kLineTimeS * linear.by_line_time;
+    for (const auto& [first, n] :
+         {std::pair(0, 6), std::pair(6, 6), std::pair(12, 1), std::pair(13, 2), std::pair(15, 2),
+          std::pair(17, 8), std::pair(25, 1)}) {
       ExpectDerivative(analytic.middleCols(first, n), [&](const Eigen::VectorXd& step) {
-        Eigen::VectorXd d = Eigen::VectorXd::Zero(25);
+        Eigen::VectorXd d = Eigen::VectorXd::Zero(26);
         d.segment(first, n) = step;
         TagCalibrationResidual moved;
         at(d, &moved);
@@ -99,8 +105,8 @@ TEST_F(CalibrationResiduals, TagIsSeenWhereAScaledMapHasIt) {
   origin.fill(Eigen::Vector2d::Zero());
   const Eigen::Matrix<double, 8, 8> identity = Eigen::Matrix<double, 8, 8>::Identity();
   TagCalibrationResidual a, b;
-  ASSERT_TRUE(EvaluateTagCalibration(tag, 1.1, Lens(), world_from_cam, origin, identity, &a));
-  ASSERT_TRUE(EvaluateTagCalibration(scaled, 1, Lens(), world_from_cam, origin, identity, &b));
+  ASSERT_TRUE(EvaluateTagCalibration(tag, 1.1, Lens(), world_from_cam, origin, identity, {}, &a));
+  ASSERT_TRUE(EvaluateTagCalibration(scaled, 1, Lens(), world_from_cam, origin, identity, {}, &b));
   EXPECT_LT((a.residual - b.residual).norm(), 1e-9);
   EXPECT_GT(a.residual.norm(), 100);
 }
@@ -111,7 +117,7 @@ TEST_F(CalibrationResiduals, BehindTheCameraIsRefused) {
   tag.world_from_tag = MakePose(Eigen::Quaterniond::Identity(), {0, 0, -1});
   TagCalibrationResidual out;
   EXPECT_FALSE(EvaluateTagCalibration(tag, 1, Lens(), Pose(), {},
-                                      Eigen::Matrix<double, 8, 8>::Identity(), &out));
+                                      Eigen::Matrix<double, 8, 8>::Identity(), {}, &out));
 }
 
 TEST_F(CalibrationResiduals, TruthDerivativesMatchNumericOnes) {

@@ -48,6 +48,7 @@ TEST(SlowCalibration, RecoversEverythingAtOnceWithinItsSigmas) {
   const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
   for (const CalibrationGroup group : kAllCalibrationGroups) {
+    if (group == CalibrationGroup::kShutter) continue;  // held
     EXPECT_GT(Gain(*result, group), 0) << ToString(group);
   }
   const Eigen::VectorXd error = Difference(result->refined, flight.truth);
@@ -146,7 +147,7 @@ TEST(Calibration, WithoutTruthTheMapsShapeAndTheLensAreFound) {
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_NEAR(result->change(kLogFocal), 0.01, 3.5 * result->sigma(kLogFocal));
   const CalibrationLayout layout = LayoutOf(flight.truth);
-  EXPECT_EQ(result->change.segment(layout.scale(), 14).norm(), 0);  // scale, mount, world, clock
+  EXPECT_EQ(result->change.segment(layout.scale(), 15).norm(), 0);  // all but tags and lens
   ASSERT_GE(result->unseen.size(), 6u);
   for (size_t i = 0; i < 6; ++i) {
     const UnseenDirection& direction = result->unseen[i];
@@ -159,6 +160,57 @@ TEST(Calibration, WithoutTruthTheMapsShapeAndTheLensAreFound) {
   EXPECT_TRUE(Says(text, "above where the map has it"));
   EXPECT_LT(result->validation.refined.corner_sigma_px, 0.16);
   EXPECT_GT(result->validation.given.corner_sigma_px, 0.4);
+}
+
+// Images alone, everything else free; 20 flights.
+TEST(SlowCalibration, LineTimeOfARollingShutterIsChiSquare) {
+  constexpr int kFlights = 20;
+  double squares = 0;
+  for (unsigned seed = 1; seed <= kFlights; ++seed) {
+    CalibrationFlightOptions options = ShortFlight();
+    options.frames = 60;
+    options.rate_hz = 20;
+    options.line_time_s = 5e-5;  // 12 ms an image
+    options.seed = seed;
+    CalibrationFlight flight = DrawCalibrationFlight(options);
+    flight.config.calibration.line_time_sigma_s = 5e-5;
+    const auto problem = MakeCalibrationProblem(flight.config, flight.measurements, {});
+    ASSERT_TRUE(problem) << problem.error().message;
+    const CalibrationSolution solution =
+        SolveAndLearnNoise(*problem, problem->prior, CalibrationNoise(), true);
+    ASSERT_TRUE(solution.usable);
+    const int entry = LayoutOf(flight.truth).line_time();
+    const double sigma = std::sqrt(solution.covariance(entry, entry));
+    EXPECT_LT(sigma, 2.5e-6);
+    const double error = (solution.state.line_time_s - 5e-5) / sigma;
+    EXPECT_LT(std::abs(error), 3.5);
+    EXPECT_NEAR(solution.noise.corner_sigma_px, 0.15, 0.012);
+    squares += error * error;
+  }
+  const auto [low, high] = MeanChiSquareBand(kFlights, 1);
+  EXPECT_GT(squares, low);
+  EXPECT_LT(squares, high);
+}
+
+TEST(Calibration, LineTimeIsAppliedAndWrittenWhereItHelps) {
+  CalibrationFlightOptions options = ShortFlight();
+  options.line_time_s = -4e-5;
+  options.rate_hz = 20;
+  CalibrationFlight flight = DrawCalibrationFlight(options);
+  flight.config.calibration = CalibrationOptions();
+  flight.config.calibration.line_time_sigma_s = 5e-5;
+  const auto result = Calibrate(flight.config, flight.measurements, {});
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_GT(Gain(*result, CalibrationGroup::kShutter), 0);
+  EXPECT_TRUE(Says(CalibrationText(*result), "rolling shutter: -"));
+  const TempFolder folder;
+  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result));
+  const auto config = LoadConfig(folder / "calibration.yaml");
+  ASSERT_TRUE(config) << config.error().message;
+  const double sigma = result->sigma(LayoutOf(flight.truth).line_time());
+  EXPECT_NEAR(config->line_time_s, -4e-5, 3.5 * sigma);
+  EXPECT_LT(sigma, 2e-5);
+  EXPECT_EQ(config->line_time_s, result->refined.line_time_s);
 }
 
 TEST(SlowCalibration, ConfigurationReadsBack) {
