@@ -47,7 +47,7 @@ Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family) {
           {columns * row + column, MakePose(Eigen::Quaterniond::Identity(), centre), size_m});
     }
   }
-  return TagMap(family.empty() ? "tag36h11b2" : family, std::move(tags));
+  return TagMap(family.empty() ? kKalibrFamily : family, std::move(tags));
 }
 
 // The members x, y, z of a mapping.

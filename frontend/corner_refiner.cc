@@ -293,4 +293,8 @@ std::vector<TagDetection> CornerRefiner::RefineAll(
   return out;
 }
 
+bool CornerRefiner::IsUnrefined(const TagDetection& tag) {
+  return tag.covariance && (*tag.covariance)(0, 0) == kUnrefinedPx * kUnrefinedPx;
+}
+
 }  // namespace tagtwist

@@ -56,6 +56,9 @@ class CornerRefiner {
   std::vector<TagDetection> RefineAll(const cv::Mat& gray, const std::vector<TagDetection>& tags,
                                       std::unordered_map<int, PatternLook>* looks = nullptr) const;
 
+  /// Whether RefineAll did not believe its fit of the tag.
+  static bool IsUnrefined(const TagDetection& tag);
+
   /// How well the image correlates with the tag's pattern there, -1 to 1, from some of the pixels.
   double Correlation(const cv::Mat& gray, const TagDetection& tag) const;
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "frontend/tag_completion.h"
+
 namespace tagtwist {
 
 FrontEnd::FrontEnd(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
@@ -51,7 +53,8 @@ std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detec
                                    const Camera& camera, const TagDetectorOptions& options) {
   std::vector<TagDetection> tags =
       FilterTags(detector.Detect(gray), map, camera, options.border_px);
-  return options.refine_pattern ? refiner.RefineAll(gray, tags) : tags;
+  if (!options.refine_pattern) return tags;
+  return CompleteTags(gray, refiner, map, camera, options.border_px, refiner.RefineAll(gray, tags));
 }
 
 }  // namespace tagtwist

@@ -47,8 +47,8 @@ class FrontEnd {
 std::vector<TagDetection> FilterTags(const std::vector<TagDetection>& tags, const TagMap& map,
                                      const Camera& camera, double border_px);
 
-/// The usable tags of an image: detected, filtered, their corners refined unless the options say
-/// not.
+/// The usable tags of an image: detected, filtered, and unless the options say not their corners
+/// refined, then those found that the detector missed (CompleteTags).
 std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detector,
                                    const CornerRefiner& refiner, const TagMap& map,
                                    const Camera& camera, const TagDetectorOptions& options);

@@ -48,11 +48,13 @@ class GuidedDetector {
   GuidedTags Find(const cv::Mat& gray, const CornerRefiner& refiner,
                   const PosePrediction& prediction, const TimeUp& time_up = {});
 
+  /// nullopt where the tag is not predicted to lie in the image, whole.
+  std::optional<ExpectedTag> Expect(const Tag& tag, const PosePrediction& prediction) const;
+
   /// How tags looked in this image, found otherwise; replaces what was known.
   void SetLooks(std::unordered_map<int, PatternLook> looks) { looks_ = std::move(looks); }
 
  private:
-  std::optional<ExpectedTag> Expect(const Tag& tag, const PosePrediction& prediction) const;
   std::vector<ExpectedTag> ExpectAll(const PosePrediction& prediction) const;
   std::optional<RefinedTag> Fit(const cv::Mat& gray, const CornerRefiner& refiner,
                                 const ExpectedTag& expected) const;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "frontend/board_squares.h"
 #include "frontend/option_check.h"
 #include "frontend/random_stream.h"
 #include "frontend/scribble.h"
@@ -86,6 +87,8 @@ Result<Scene> Scene::Make(const TagMap& map, const SceneOptions& options) {
     return Error{"scribbles_per_m2: more than a million scribbles on a map of this size"};
   }
   if (options.floor) out.scribbles_ = MakeScribbles(low, high, out.tags_, options);
+  const std::vector<Patch> squares = MakeBoardSquares(map, options.ink_grey);
+  out.scribbles_.insert(out.scribbles_.end(), squares.begin(), squares.end());
   out.AddOccluders(box.min(), box.max());
   return out;
 }

@@ -35,7 +35,6 @@ apriltag_family_t* CreateWideBorder36h11() {
   }
   return family;
 }
-constexpr const char* kKalibrFamily = "tag36h11b2";
 
 constexpr std::array<FamilyMaker, 10> kFamilies = {{
     {"tag36h11", tag36h11_create, tag36h11_destroy},

@@ -14,8 +14,10 @@ namespace tagtwist {
 
 using TagFamilyPointer = std::unique_ptr<apriltag_family, std::function<void(apriltag_family*)>>;
 
-/// The names of libapriltag's families, "tag36h11" first, and of Kalibr's tags, "tag36h11b2": codes
-/// of tag36h11 in a black border of two cells, black squares at their corners.
+/// Of the tags on Kalibr's boards: codes of tag36h11 in a black border of two cells.
+inline constexpr const char* kKalibrFamily = "tag36h11b2";
+
+/// The names of libapriltag's families, "tag36h11" first, and kKalibrFamily.
 std::vector<std::string> TagFamilyNames();
 
 /// A family by its name. A detector keeps data of its own in it, so each detector needs its own.

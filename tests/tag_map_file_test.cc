@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -79,13 +80,21 @@ TEST(TagMapFile, AprilGridIsDetectedAndRefined) {
   const auto detector = TagDetector::Create(map->family(), options);
   const auto refiner = CornerRefiner::Create(*map, camera);
   ASSERT_TRUE(detector && refiner);
-  size_t found = 0, refined = 0;
+  size_t visible = 0, found = 0;
   for (int i = 0; i < 4; ++i) {
     const Pose world_from_cam =
         MakePose(Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()) *
                                     Eigen::AngleAxisd(0.3 * i - 0.4, Eigen::Vector3d::UnitY())),
                  {0.35 + 0.2 * (0.3 * i - 0.4), 0.35, 0.62 + 0.04 * i});
     const cv::Mat image = renderer->Render({world_from_cam}, 0, static_cast<uint64_t>(i));
+    for (const Tag& tag : map->tags()) {
+      const auto& corners = map->CornersInWorld(tag.id);
+      visible += std::all_of(corners.begin(), corners.end(), [&](const Eigen::Vector3d& corner) {
+        Eigen::Vector2d pixel;
+        return camera.Project(Inverse(world_from_cam) * corner, &pixel) &&
+               camera.Contains(pixel, options.border_px);
+      });
+    }
     for (const TagDetection& tag : FindTags(image, *detector, *refiner, *map, camera, options)) {
       ++found;
       double worst_px = 0;
@@ -95,12 +104,11 @@ TEST(TagMapFile, AprilGridIsDetectedAndRefined) {
             camera.Project(Inverse(world_from_cam) * map->CornersInWorld(tag.id)[c], &truth));
         worst_px = std::max(worst_px, (tag.corners[c] - truth).norm());
       }
-      refined += worst_px < 0.06 ? 1 : 0;
-      EXPECT_LT(worst_px, 1.5) << tag.id;
+      EXPECT_LT(worst_px, 0.08) << tag.id;
     }
   }
-  EXPECT_GE(found, 100u);  // of 144
-  EXPECT_GE(refined, found * 8 / 10);
+  EXPECT_EQ(found, visible);
+  EXPECT_GE(found, 100u);
 }
 
 class BadMapFile : public testing::TestWithParam<BadText> {};
