@@ -1,8 +1,9 @@
 #include "estimator/block_banded.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <utility>
+
+#include "estimator/block_kernels.h"
 
 namespace tagtwist {
 namespace {
@@ -16,20 +17,15 @@ int LastRow(const BlockBandedMatrix& m, int j) { return std::min(m.size() - 1, j
 }  // namespace
 
 BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::move(matrix)) {
-  for (int j = 0; j < l_.size(); ++j) {
-    const Eigen::LLT<Block> llt(l_.At(j, j));
-    if (llt.info() != Eigen::Success) {
-      ok_ = false;
-      return;
-    }
-    l_.At(j, j) = llt.matrixL();
-    const Block upper = l_.At(j, j).transpose();
-    for (int i = j + 1; i <= LastRow(l_, j); ++i) {
-      upper.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(l_.At(i, j));
-    }
+  for (int j = 0; j < l_.size() && ok_; ++j) {
+    const Block& l_jj = l_.At(j, j);
+    ok_ = FactorInPlace(&l_.At(j, j));
+    if (!ok_) return;
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) SolveRightTransposed(l_jj, &l_.At(i, j));
     for (int k = j + 1; k <= LastRow(l_, j); ++k) {
-      for (int i = k; i <= LastRow(l_, j); ++i) {
-        l_.At(i, k).noalias() -= l_.At(i, j) * l_.At(k, j).transpose();
+      SubtractSquare(l_.At(k, j), &l_.At(k, k));
+      for (int i = k + 1; i <= LastRow(l_, j); ++i) {
+        SubtractProductTransposed(l_.At(i, j), l_.At(k, j), &l_.At(i, k));
       }
     }
   }
@@ -37,19 +33,18 @@ BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::mov
 
 Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
   Eigen::VectorXd x = b;
+  const auto part = [&x](int j) { return x.segment<kSize>(kSize * j); };
   for (int j = 0; j < l_.size(); ++j) {
-    auto x_j = x.segment<kSize>(kSize * j);
-    l_.At(j, j).triangularView<Eigen::Lower>().solveInPlace(x_j);
-    for (int i = j + 1; i <= LastRow(l_, j); ++i) {
-      x.segment<kSize>(kSize * i).noalias() -= l_.At(i, j) * x_j;
-    }
+    const BlockVector x_j = Solved(l_.At(j, j), part(j));
+    part(j) = x_j;
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) part(i) -= l_.At(i, j).lazyProduct(x_j);
   }
   for (int j = l_.size() - 1; j >= 0; --j) {
-    auto x_j = x.segment<kSize>(kSize * j);
+    BlockVector x_j = part(j);
     for (int i = j + 1; i <= LastRow(l_, j); ++i) {
-      x_j.noalias() -= l_.At(i, j).transpose() * x.segment<kSize>(kSize * i);
+      x_j -= l_.At(i, j).transpose().lazyProduct(part(i));
     }
-    l_.At(j, j).transpose().triangularView<Eigen::Upper>().solveInPlace(x_j);
+    part(j) = SolvedTransposed(l_.At(j, j), x_j);
   }
   return x;
 }
@@ -68,30 +63,21 @@ BlockBandedMatrix BlockBandedCholesky::Inverted() && {
   for (int j = p.size() - 1; j >= 0; --j) {
     const int last = LastRow(p, j);
     const Block l_jj = p.At(j, j);
-    const auto diagonal = l_jj.triangularView<Eigen::Lower>();
     g.clear();
     for (int k = j + 1; k <= last; ++k) {
       g.push_back(p.At(k, j));
-      diagonal.solveInPlace<Eigen::OnTheRight>(g.back());
+      SolveRight(l_jj, &g.back());
     }
+    Block& p_jj = p.At(j, j);
+    p_jj = InverseOf(l_jj);
     for (int i = j + 1; i <= last; ++i) {
       Block& p_ij = p.At(i, j);
       p_ij.setZero();
       for (int k = j + 1; k <= last; ++k) {
         const Block& g_k = g[static_cast<size_t>(k - j - 1)];
-        if (i >= k) {
-          p_ij.noalias() -= p.At(i, k) * g_k;
-        } else {
-          p_ij.noalias() -= p.At(k, i).transpose() * g_k;
-        }
+        SubtractProduct(i >= k ? p.At(i, k) : Block(p.At(k, i).transpose()), g_k, &p_ij);
       }
-    }
-    Block inverse = Block::Identity();
-    diagonal.solveInPlace(inverse);
-    Block& p_jj = p.At(j, j);
-    p_jj.noalias() = inverse.transpose() * inverse;
-    for (int k = j + 1; k <= last; ++k) {
-      p_jj.noalias() -= p.At(k, j).transpose() * g[static_cast<size_t>(k - j - 1)];
+      SubtractProduct(p_ij.transpose(), g[static_cast<size_t>(i - j - 1)], &p_jj);
     }
     p_jj = (0.5 * (p_jj + p_jj.transpose())).eval();
   }

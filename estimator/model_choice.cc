@@ -10,26 +10,36 @@
 namespace tagtwist {
 namespace {
 
-// Enough to tell the models apart, and a fraction of a long recording's cost.
-constexpr size_t kFrames = 300;
 // In the logarithm of a likelihood: beyond doubt.
-constexpr double kClearly = 10;
+constexpr double kClearly = 10, kClearlyInFewFrames = 30;
 
-// kFrames of those with tags, in stretches of a second or so: a body that cruises for most of the
-// time still starts and stops.
-std::vector<GraphFrame> SpreadFrames(const std::vector<GraphFrame>& frames) {
-  constexpr size_t kStretches = 6;
-  std::vector<const GraphFrame*> with_tags;
-  for (const GraphFrame& frame : frames) {
-    if (!frame.tags.empty()) with_tags.push_back(&frame);
-  }
+// Stretches of a recording to learn from, and how well the noise must settle on them. The first
+// tells the orders of magnitude, the last is enough to tell models apart, and a fraction of a long
+// recording's cost; each starts where the one before has ended.
+struct Sample {
+  size_t stretches, frames_each;
+  LearnOptions learn;  // few frames must not claim a density that is next to nothing
+  size_t size() const { return stretches * frames_each; }
+};
+constexpr Sample kRough{2, 24, {0.5, 10}}, kSmall{6, 24, {0.03, 10}}, kWhole{6, 50, {0.01, 1}};
+
+std::vector<GraphFrame> WithTags(const std::vector<GraphFrame>& frames) {
   std::vector<GraphFrame> out;
-  const bool all = with_tags.size() <= kFrames;
-  const size_t stretches = all ? 1 : kStretches;
-  const size_t size = all ? with_tags.size() : kFrames / stretches;
-  for (size_t i = 0; i < stretches; ++i) {
-    const size_t first = all ? 0 : (with_tags.size() - size) * i / (stretches - 1);
-    for (size_t k = first; k < first + size; ++k) out.push_back(*with_tags[k]);
+  for (const GraphFrame& frame : frames) {
+    if (!frame.tags.empty()) out.push_back(frame);
+  }
+  return out;
+}
+
+// The sample of these frames, spread over them: a body that cruises for most of the time still
+// starts and stops.
+std::vector<GraphFrame> Take(const Sample& sample, const std::vector<GraphFrame>& frames) {
+  if (frames.size() <= sample.size()) return frames;
+  std::vector<GraphFrame> out;
+  for (size_t i = 0; i < sample.stretches; ++i) {
+    const size_t first =
+        (frames.size() - sample.frames_each) * (2 * i + 1) / (2 * sample.stretches);
+    for (size_t k = first; k < first + sample.frames_each; ++k) out.push_back(frames[k]);
   }
   return out;
 }
@@ -43,22 +53,26 @@ bool IsLikelier(const Account& a, const Account& than, double by = 0) {
   return a.likelihood && (!than.likelihood || *a.likelihood > *than.likelihood + by);
 }
 
-// Learns from `noise` and the frames' states on; leaves there the states that it found. Frames
-// without tags are passed over.
-Account Learn(const EstimatorSetup& setup, const NoiseModel& noise,
+// Learns from `noise` and the frames' states on; leaves there the states that it found.
+Account Learn(const EstimatorSetup& setup, const NoiseModel& noise, const LearnOptions& learn,
               std::vector<GraphFrame>* frames) {
   Account out{noise, {}};
-  const auto is_empty = [](const GraphFrame& frame) { return frame.tags.empty(); };
-  frames->erase(std::remove_if(frames->begin(), frames->end(), is_empty), frames->end());
   if (frames->empty()) return out;
   GraphInput input;
-  input.frames = *frames;
+  input.frames = std::move(*frames);
   const auto solution =
-      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, &out.noise);
+      SolveAndLearn(setup, SolveOptions{setup.options.max_iterations}, &input, &out.noise, learn);
+  *frames = std::move(input.frames);
   if (!solution) return {noise, {}};
   out.likelihood = solution->log_likelihood;
-  *frames = std::move(input.frames);
   return out;
+}
+
+// The orders of magnitude of the noise, from there on.
+NoiseModel LearnRoughly(const EstimatorSetup& setup, const NoiseModel& noise,
+                        const std::vector<GraphFrame>& frames) {
+  std::vector<GraphFrame> sample = Take(kRough, frames);
+  return Learn(setup, noise, kRough.learn, &sample).noise;
 }
 
 }  // namespace
@@ -73,11 +87,13 @@ std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
   // Jitter this small moves nothing by as much as the corners' noise does.
   constexpr double kLeastJitterS = 2e-4;
   if (clock->rms_s < kLeastJitterS) return std::nullopt;
-  const auto size = static_cast<std::ptrdiff_t>(std::min(kFrames, frames.size()));
-  std::vector<GraphFrame> at_stamps(frames.begin(), frames.begin() + size), at_ticks = at_stamps;
-  TakeAtTimes(clock->t_ns, &at_ticks);
-  const Account stamped = Learn(setup, *noise, &at_stamps),
-                steady = Learn(setup, stamped.noise, &at_ticks);
+  const auto size = static_cast<std::ptrdiff_t>(std::min(kWhole.size(), frames.size()));
+  std::vector<GraphFrame> first(frames.begin(), frames.begin() + size), ticking = first;
+  TakeAtTimes(clock->t_ns, &ticking);
+  std::vector<GraphFrame> at_stamps = WithTags(first), at_ticks = WithTags(ticking);
+  const NoiseModel rough = LearnRoughly(setup, *noise, at_stamps);
+  const Account stamped = Learn(setup, rough, kWhole.learn, &at_stamps),
+                steady = Learn(setup, stamped.noise, kWhole.learn, &at_ticks);
   *noise = stamped.noise;
   if (!stamped.likelihood || !IsLikelier(steady, stamped, kClearly)) return std::nullopt;
   *noise = steady.noise;
@@ -90,14 +106,27 @@ void TakeAtTimes(const std::vector<int64_t>& t_ns, std::vector<GraphFrame>* fram
 
 NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
                        const std::optional<NoiseModel>& start) {
-  const NoiseModel first = start.value_or(InitialNoise(setup.options));
-  if (!MotionPriorIsOpen(setup.options)) return first;  // the options say it
-  std::vector<GraphFrame> sample = SpreadFrames(frames);
-  const Account jerk = Learn(setup, first, &sample);
-  // The frames lie where those states say; what is new is the noise of their motion.
-  NoiseModel other = InitialNoise(setup.options, WhiteNoiseOn::kAcceleration);
-  other.corner_sigma_px = jerk.noise.corner_sigma_px;
-  const Account acceleration = Learn(setup, other, &sample);
+  NoiseModel jerk_noise = start.value_or(InitialNoise(setup.options));
+  if (!AnyNoiseIsOpen(setup.options)) return jerk_noise;
+  const std::vector<GraphFrame> with_tags = WithTags(frames);
+  jerk_noise = LearnRoughly(setup, jerk_noise, with_tags);
+  if (!MotionPriorIsOpen(setup.options)) return jerk_noise;  // the options say which
+  NoiseModel acceleration_noise = InitialNoise(setup.options, WhiteNoiseOn::kAcceleration);
+  acceleration_noise.corner_sigma_px = jerk_noise.corner_sigma_px;
+  acceleration_noise = LearnRoughly(setup, acceleration_noise, with_tags);
+  Account jerk, acceleration;
+  for (const Sample& sample : {kSmall, kWhole}) {
+    std::vector<GraphFrame> of_sample = Take(sample, with_tags);
+    jerk = Learn(setup, jerk_noise, sample.learn, &of_sample);
+    // The frames lie where those states say; what is new is the noise of their motion.
+    acceleration = Learn(setup, acceleration_noise, sample.learn, &of_sample);
+    if (IsLikelier(jerk, acceleration, kClearlyInFewFrames) ||
+        IsLikelier(acceleration, jerk, kClearlyInFewFrames)) {
+      break;
+    }
+    jerk_noise = jerk.noise;
+    acceleration_noise = acceleration.noise;
+  }
   return IsLikelier(acceleration, jerk) ? acceleration.noise : jerk.noise;
 }
 

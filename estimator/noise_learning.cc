@@ -133,11 +133,11 @@ double LeastDensity(WhiteNoiseOn on, const NoiseStatistics& statistics) {
 
 double Bounded(double ratio) { return std::clamp(ratio, 0.1, 10.0); }
 
-// New value of a variance. Data that say less of it than this keep it: zero would claim what they
-// do not show.
-constexpr double kLeastDof = 0.25;
-double Updated(double variance, const VarianceStatistic& statistic, double low, double high) {
-  if (!(statistic.dof >= 1)) return variance;
+// New value of a variance. Data that say less of it than least_dof keep it: zero would claim what
+// they do not show.
+double Updated(double variance, const VarianceStatistic& statistic, double least_dof, double low,
+               double high) {
+  if (!(statistic.dof >= least_dof)) return variance;
   const double ratio = Bounded(statistic.sum / statistic.dof / variance);
   return std::clamp(variance * ratio, low, high);
 }
@@ -254,25 +254,25 @@ NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open) {
 }
 
 NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistics,
-                       const EstimatorOptions& options) {
+                       const EstimatorOptions& options, double least_dof) {
   const auto square = [](double x) { return x * x; };
   NoiseModel out = noise;
   if (!options.corner_sigma_px) {
-    out.corner_sigma_px = std::sqrt(
-        Updated(square(noise.corner_sigma_px), statistics.corner, square(1e-4), square(10.0)));
+    out.corner_sigma_px = std::sqrt(Updated(square(noise.corner_sigma_px), statistics.corner,
+                                            least_dof, square(1e-4), square(10.0)));
   }
   if (!options.track_sigma_px) {
     const double least = std::max(kLeastTrackSigmaPx, kLeastTrackOverCorner * out.corner_sigma_px);
-    out.track_sigma_px = std::sqrt(
-        Updated(square(noise.track_sigma_px), statistics.track, square(least), square(20.0)));
+    out.track_sigma_px = std::sqrt(Updated(square(noise.track_sigma_px), statistics.track,
+                                           least_dof, square(least), square(20.0)));
   }
   if (!IsGiven(options.accel_psd, options.jerk_psd)) {
     const double least = LeastDensity(noise.linear.on, statistics);
-    out.linear.psd = Updated(noise.linear.psd, statistics.linear, least, 1e7);
+    out.linear.psd = Updated(noise.linear.psd, statistics.linear, least_dof, least, 1e7);
   }
   if (!IsGiven(options.angular_accel_psd, options.angular_jerk_psd)) {
     const double least = LeastDensity(noise.angular.on, statistics);
-    out.angular.psd = Updated(noise.angular.psd, statistics.angular, least, 1e8);
+    out.angular.psd = Updated(noise.angular.psd, statistics.angular, least_dof, least, 1e8);
   }
   out.source = Source(options, "learned");
   return out;

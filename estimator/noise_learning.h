@@ -52,10 +52,10 @@ bool AnyNoiseIsOpen(const EstimatorOptions& options);
 NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open = WhiteNoiseOn::kJerk);
 
 /// Noise from statistics, given values kept; a step changes a parameter at most tenfold. A source
-/// with less than one degree of freedom keeps its value. A density stays above where its
+/// with fewer than `least_dof` degrees of freedom keeps its value. A density stays above where its
 /// information would drown the measurements' in rounding.
 NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistics,
-                       const EstimatorOptions& options);
+                       const EstimatorOptions& options, double least_dof = 1);
 
 /// Largest change of a parameter between two models, as |log ratio| of standard deviations.
 double NoiseChange(const NoiseModel& a, const NoiseModel& b);

@@ -30,6 +30,7 @@ double CornerCost(const EstimatorSetup& setup, const PoseChoice& choice, const P
   return sum / (kCornerPx * kCornerPx);
 }
 
+// Only a choice, or an end of the way to one, has a cost: the rest is common to all paths.
 std::vector<Node> NodesOf(const EstimatorSetup& setup, const PoseChoice& choice) {
   std::vector<Node> nodes(choice.poses.size());
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -69,14 +70,20 @@ std::vector<std::optional<Pose>> LikeliestPath(const EstimatorSetup& setup,
                                                const std::vector<PoseChoice>& choices) {
   std::vector<std::optional<Pose>> out(choices.size());
   std::vector<size_t> frames;
-  std::vector<std::vector<Node>> nodes;
   for (size_t k = 0; k < choices.size(); ++k) {
-    if (choices[k].poses.empty()) continue;
-    nodes.push_back(NodesOf(setup, choices[k]));
-    if (!frames.empty()) {
-      Extend(choices[frames.back()], nodes[nodes.size() - 2], choices[k], &nodes.back());
+    if (!choices[k].poses.empty()) frames.push_back(k);
+  }
+  const auto is_open = [&](size_t i) {
+    return i < frames.size() && choices[frames[i]].poses.size() > 1;
+  };
+  std::vector<std::vector<Node>> nodes;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const bool after_open = i > 0 && is_open(i - 1);
+    const bool matters = is_open(i) || after_open || is_open(i + 1);
+    nodes.push_back(matters ? NodesOf(setup, choices[frames[i]]) : std::vector<Node>(1));
+    if (i > 0 && (is_open(i) || after_open)) {
+      Extend(choices[frames[i - 1]], nodes[i - 1], choices[frames[i]], &nodes[i]);
     }
-    frames.push_back(k);
   }
   if (frames.empty()) return out;
   const auto cheaper = [](const Node& a, const Node& b) { return a.cost < b.cost; };

@@ -1,6 +1,8 @@
 #include "estimator/smoother.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cstdio>
 #include <utility>
 
 #include "estimator/banded_solver.h"
@@ -61,24 +63,31 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
 }
 
 Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
-                               GraphInput* input, NoiseModel* noise) {
+                               GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
   constexpr int kMaxRounds = 20;
-  constexpr double kSettled = 0.005;  // relative change of a standard deviation
+  constexpr double kNear = 0.05;  // with less to go a round's solution may be the last
   SolveOptions coarse = options;
   coarse.function_tolerance = std::max(options.function_tolerance, 1e-4);
   const StateRange all{0, static_cast<int>(input->frames.size())};
   NoiseExtrapolation extrapolation;
   // Segments may have to go even where all noise is given.
   double change = AnyNoiseIsOpen(setup.options) || !input->segments.empty() ? 1 : 0;
-  for (int round = 0; round < kMaxRounds && change >= kSettled; ++round) {
-    const auto solution = SolveAndInvert(setup, *noise, *input, coarse);
+  for (int round = 0; round < kMaxRounds && change >= learn.settled; ++round) {
+    const bool may_be_last = change < kNear;
+    auto solution = SolveAndInvert(setup, *noise, *input, may_be_last ? options : coarse);
     if (!solution) return solution;
     TakeStates(solution->graph, &input->frames);
     const NoiseModel updated = UpdateNoise(
         *noise, ComputeNoiseStatistics(solution->graph, solution->covariance, *noise, all),
-        setup.options);
+        setup.options, learn.least_dof);
     change = NoiseChange(updated, *noise);
-    DropSegments(ContradictedSegments(solution->graph, input->segments.size()), input);
+    const std::vector<bool> wrong = ContradictedSegments(solution->graph, input->segments.size());
+    const bool any_wrong = std::find(wrong.begin(), wrong.end(), true) != wrong.end();
+    DropSegments(wrong, input);
+    if (may_be_last && change < learn.settled && !any_wrong) {
+      noise->source = updated.source;
+      return solution;
+    }
     *noise = extrapolation.Next(*noise, updated);
     if (IsUp(options.time_up)) return solution;
   }

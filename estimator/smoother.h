@@ -24,12 +24,19 @@ struct Solution {
 Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& noise,
                                 const GraphInput& input, const SolveOptions& options);
 
+/// How well SolveAndLearn learns.
+struct LearnOptions {
+  double settled = 0.005;  // change of a standard deviation, relative, that is none
+  double least_dof = 1;    // see UpdateNoise
+};
+
 /// SolveAndInvert again and again, the noise updated in between until it settles; starts from
 /// input's states and `noise`, leaves the last states and noise there. Track segments that a round
 /// contradicts are taken out of the input. Where the time is up the last round's solution comes,
 /// and the noise that it has led to.
 Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
-                               GraphInput* input, NoiseModel* noise);
+                               GraphInput* input, NoiseModel* noise,
+                               const LearnOptions& learn = {});
 
 /// A measurement whose Huber weight is below this contradicts the rest.
 inline constexpr double kContradictedWeight = 0.6;

@@ -1,5 +1,6 @@
 #include "frontend/homography.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
@@ -37,6 +38,24 @@ Eigen::Matrix<double, Eigen::Dynamic, 9> DltMatrix(const std::vector<Eigen::Vect
   return rows;
 }
 
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+
+// The right singular vector of the smallest singular value, where one stands out.
+std::optional<Vector9> NullVector(const Eigen::Matrix<double, Eigen::Dynamic, 9>& rows) {
+  // Of the normal equations, a third of the time; squaring costs digits: 1e-10 is left.
+  constexpr double kWell = 1e-6;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> squared(rows.transpose() * rows);
+  if (squared.info() == Eigen::Success &&
+      squared.eigenvalues()(1) > kWell * squared.eigenvalues()(8)) {
+    return Vector9(squared.eigenvectors().col(0));
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
+  // Rank 8 is needed; with four points there are only eight singular values.
+  const auto& values = svd.singularValues();
+  if (!(values(7) > 1e-10 * values(0))) return std::nullopt;
+  return Vector9(svd.matrixV().col(8));
+}
+
 }  // namespace
 
 std::optional<Eigen::Matrix3d> FitHomography(const std::vector<Eigen::Vector2d>& points_in_a,
@@ -51,13 +70,10 @@ std::optional<Eigen::Matrix3d> FitHomography(const std::vector<Eigen::Vector2d>&
   }
   const auto rows = DltMatrix(points_in_a, points_in_b, normalised_from_a, normalised_from_b);
   if (!rows.allFinite()) return std::nullopt;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
-  // Rank 8 is needed; with four points there are only eight singular values.
-  const auto& values = svd.singularValues();
-  if (!(values(7) > 1e-10 * values(0))) return std::nullopt;
-  const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
+  const auto h = NullVector(rows);
+  if (!h) return std::nullopt;
   const Eigen::Matrix3d normalised =
-      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h->data());
   const Eigen::Matrix3d b_from_a = normalised_from_b.inverse() * normalised * normalised_from_a;
   return b_from_a / b_from_a.norm();
 }

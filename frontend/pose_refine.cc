@@ -31,11 +31,15 @@ Linearised Linearise(const Pose& cam_from_world, const std::vector<PointInImage>
       out.squared_error_px2 = std::numeric_limits<double>::infinity();
       return out;
     }
+    const Eigen::Matrix<double, 2, 3> d_pixel_d_world = d_pixel_d_cam.lazyProduct(rotation);
     Eigen::Matrix<double, 2, 6> jacobian;
-    jacobian << -d_pixel_d_cam * rotation * Hat(point.point_in_world), d_pixel_d_cam;
+    for (int i = 0; i < 2; ++i) {  // -a' Hat(p) = (p x a)'
+      jacobian.row(i).head<3>() = point.point_in_world.cross(d_pixel_d_world.row(i).transpose());
+    }
+    jacobian.rightCols<3>() = d_pixel_d_cam;
     const Eigen::Vector2d error = predicted - point.pixel;
-    out.information.noalias() += jacobian.transpose() * jacobian;
-    out.gradient.noalias() += jacobian.transpose() * error;
+    out.information += jacobian.transpose().lazyProduct(jacobian);
+    out.gradient += jacobian.transpose().lazyProduct(error);
     out.squared_error_px2 += error.squaredNorm();
   }
   return out;
