@@ -97,6 +97,11 @@ TEST(BandedSolver, LowersTheCostWhereAFullStepWouldRaiseIt) {
   full_step.states[0] = Moved(start.states[0], cholesky.Solve(-Linearize(start).gradient));
   const LinearSystem after_full_step = Linearize(full_step);
   ASSERT_FALSE(after_full_step.is_whole && after_full_step.cost < Linearize(start).cost);
+  for (int n = 1; n < 6; ++n) {
+    Graph stopped = start;
+    SolveBanded({n}, &stopped);
+    EXPECT_LE(Linearize(stopped).cost, Linearize(start).cost) << n << " iterations";
+  }
   const BandedSolution bands = SolveBanded({200}, &solved);
   ASSERT_TRUE(bands.summary.usable);
   EXPECT_LT(bands.summary.final_cost, 0.1 * Linearize(start).cost);
