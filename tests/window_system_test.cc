@@ -55,6 +55,19 @@ TEST_P(WindowSystemTest, SolvesAsTheGraphDoes) {
   ExpectSame(*stepped, *whole);
 }
 
+TEST_P(WindowSystemTest, StopsInTimeAfterOneStep) {
+  const Case c(GetParam());
+  const auto solve = [&](const SolveOptions& options) {
+    WindowSystem system;
+    return *system.Solve(c.setup, c.noise, options, c.First(kFrames));
+  };
+  const Solution one = solve({1}), all = solve({20}),
+                 hurried = solve({20, 1e-6, [] { return true; }});
+  EXPECT_NE(one.cost, all.cost);
+  EXPECT_EQ(hurried.cost, one.cost);
+  EXPECT_EQ(hurried.covariance.size(), static_cast<int>(kFrames));
+}
+
 TEST_P(WindowSystemTest, FrameByFrameItEndsWhereTheGraphDoes) {
   const Case c(GetParam());
   WindowSystem system;
