@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "frontend/front_end.h"
+#include "frontend/tag_completion.h"
 #include "frontend/tag_outline.h"
 
 namespace tagtwist {
@@ -64,7 +65,8 @@ std::vector<TagDetection> TagFollower::SearchAll(const cv::Mat& gray, const Time
   if (found.size() < kEnoughTags) {  // small ones, or blurred
     found = FilterTags(full_detector_.Detect(gray), map_, camera_, border_px_);
   }
-  auto tags = refiner_.RefineAll(gray, found, &looks);
+  auto tags = CompleteTags(gray, refiner_, map_, camera_, border_px_,
+                           refiner_.RefineAll(gray, found, &looks));
   guided_.SetLooks(std::move(looks));
   policy_.AfterFull(static_cast<int>(tags.size()));
   return tags;
