@@ -20,6 +20,10 @@ DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
 DEFINE_string(output, "results", "Folder to write to; made where it is missing.");
 DEFINE_bool(write_covariance, false, "Also covariance.csv: the 12 x 12 of every frame.");
+DEFINE_string(
+    overlay, "",
+    "Also a video, .mp4 or .avi, that shows on each image its tags, tracks, the map where "
+    "the state puts it, and the state in a line.");
 DEFINE_bool(calibrate, false,
             "Refine map, lens and, against ground truth, mount, print scale and clock from the "
             "recording, estimate with what came out, write it to calibration.yaml.");
@@ -92,6 +96,7 @@ Status LiveFromFlags(EstimateJob* job) {
   if (!FLAGS_sliding_window) return Error{flag + " needs --sliding_window"};
   if (FLAGS_calibrate) return Error{flag + " excludes --calibrate"};
   if (FLAGS_map_unknown_tags) return Error{flag + " excludes --map_unknown_tags"};
+  if (!FLAGS_overlay.empty()) return Error{flag + " excludes --overlay"};
   if (!is_camera) return Ok();
   if (FLAGS_realtime) return Error{flag + " excludes --realtime"};
   if (FLAGS_use_detections) return Error{flag + " excludes --use_detections"};
@@ -148,7 +153,7 @@ Usage EstimateUsage() {
       {"What to read",
        {"dataset", "ground_truth", "use_detections", "realtime", "max_frames", "duration"}},
       ConfigFlags(),
-      {"What to write", {"output", "write_covariance", "stream"}},
+      {"What to write", {"output", "write_covariance", "overlay", "stream"}},
       {"How to estimate",
        {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
         "deadline_ms", "detection", "tracks", "clock"}},
@@ -174,6 +179,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.config = *config;
   job.output = FLAGS_output;
   job.ground_truth = FLAGS_ground_truth;
+  job.overlay = FLAGS_overlay;
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;
   job.write_covariance = FLAGS_write_covariance;
   job.calibrate = FLAGS_calibrate;

@@ -13,6 +13,7 @@
 #include "apps/live_feed.h"
 #include "apps/map_recording.h"
 #include "apps/stopwatch.h"
+#include "apps/write_overlay.h"
 #include "estimator/calibration_text.h"
 #include "estimator/format_text.h"
 #include "estimator/gyro_alignment.h"
@@ -96,6 +97,44 @@ LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source,
   return feed;
 }
 
+// Of the file that is named, else the recording's own.
+Result<std::vector<TruthSample>> TruthOf(const EstimateJob& job, const DataSource& source) {
+  if (job.ground_truth.empty()) return source.ground_truth();
+  auto truth = ReadGroundTruth(job.ground_truth);
+  if (!truth) return truth;
+  const std::vector<int64_t>& stamps_ns = source.stamps_ns();
+  if (truth->back().t_ns < stamps_ns.front() || truth->front().t_ns > stamps_ns.back()) {
+    return Error{job.ground_truth + ": no sample lies within the recording"};
+  }
+  return truth;
+}
+
+OverlayOptions OverlayOptionsOf(const EstimateJob& job) {
+  return {job.overlay, job.run.use_detections, job.run.threads};
+}
+
+// The recording once more, for its images.
+Result<std::unique_ptr<DataSource>> OpenForOverlay(const EstimateJob& job, const Config& config) {
+  DataSourceOptions options = SourceOptions(job, config);
+  options.read_images = true;
+  return OpenDataSource(job.dataset, options);
+}
+
+// Before anything takes its time.
+Status CheckOverlayOf(const EstimateJob& job, const Config& config) {
+  auto source = OpenForOverlay(job, config);
+  if (!source) return source.error();
+  return CheckOverlay(job.dataset, OverlayOptionsOf(job), source->get());
+}
+
+Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estimate& estimate) {
+  auto source = OpenForOverlay(job, config);
+  if (!source) return source.error();
+  const auto written = WriteOverlay(OverlayOptionsOf(job), config, estimate, source->get());
+  if (written) Told(job) << "overlay: " << job.overlay << "\n";
+  return written;
+}
+
 std::string LiveText(const Estimate& estimate) {
   const LiveRun& live = *estimate.live;
   return Format("live: %zu frames, %zu dropped; latency %.1f ms (p99 %.1f)", estimate.frames.size(),
@@ -107,6 +146,9 @@ std::string LiveText(const Estimate& estimate) {
 Status Run(const EstimateJob& job, Config config) {
   const Stopwatch watch;
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
+  if (!job.overlay.empty()) {
+    if (const auto fine = CheckOverlayOf(job, config); !fine) return fine;
+  }
   ResultContext context;
   context.movable_tags = config.movable_tags;
   if (job.map_unknown_tags) {
@@ -121,16 +163,9 @@ Status Run(const EstimateJob& job, Config config) {
   RunOptions options = job.run;
   LiveFeed* feed = nullptr;
   if (is_live) feed = MakeLive(job, &*source, &options);
-  context.truth = (*source)->ground_truth();
-  if (!job.ground_truth.empty()) {
-    auto truth = ReadGroundTruth(job.ground_truth);
-    if (!truth) return truth.error();
-    const std::vector<int64_t>& stamps_ns = (*source)->stamps_ns();
-    if (truth->back().t_ns < stamps_ns.front() || truth->front().t_ns > stamps_ns.back()) {
-      return Error{job.ground_truth + ": no sample lies within the recording"};
-    }
-    context.truth = std::move(*truth);
-  }
+  auto truth = TruthOf(job, **source);
+  if (!truth) return truth.error();
+  context.truth = std::move(*truth);
   if (job.calibrate) {
     auto calibration = CalibrateFirst(job, config, context.truth);
     if (!calibration) return calibration.error();
@@ -156,7 +191,7 @@ Status Run(const EstimateJob& job, Config config) {
   if (const auto written = WriteResults(job.output, *estimate, context); !written) return written;
   Told(job) << FormatComparisonTable(context.rows) << "\nreport: " << job.output
             << "/report.html\n";
-  return Ok();
+  return job.overlay.empty() ? Ok() : WriteOverlayOf(job, config, *estimate);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "estimator/report_page.h"
 #include "estimator/report_pictures.h"
 #include "estimator/report_plots.h"
+#include "estimator/report_reprojection.h"
 #include "estimator/report_words.h"
 
 namespace tagtwist {
@@ -79,17 +80,16 @@ ReportSection Counts(const Estimate& e, const std::vector<double>& t_s) {
     tag_series.values.push_back(f.n_tags);
     track_series.values.push_back(f.n_tracks);
   }
+  const bool any_tracks = std::any_of(e.frames.begin(), e.frames.end(),
+                                      [](const FrameEstimate& f) { return f.n_tracks > 0; });
   tags.series = {std::move(tag_series)};
   tracks.series = {std::move(track_series)};
-  return {"Measurements", "", {std::move(tags), std::move(tracks)}};
-}
-
-ReportSection Reprojection(const Estimate& e) {
-  return {"Reprojection",
-          ParagraphHtml("Distance of every tag corner from where the estimate puts it, in pixels.",
-                        "note") +
-              HistogramSvg(e.reprojection_px, "px"),
-          {}};
+  std::string html;
+  if (!e.frames.empty()) html = TagsOverTimeSvg(e.reprojection, e.frames.front().t_ns);
+  if (!html.empty()) html = ParagraphHtml("When each tag was in use, by its id.", "note") + html;
+  ReportSection out{"Measurements", html, {std::move(tags)}};
+  if (any_tracks) out.plots.push_back(std::move(tracks));
+  return out;
 }
 
 struct Stage {
@@ -145,7 +145,9 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   }
   page.sections.push_back(BoundSection(e, input.rows, t_s, {kFrameBound, kOptimised, kLagged}));
   page.sections.push_back(Counts(e, t_s));
-  if (!e.reprojection_px.empty()) page.sections.push_back(Reprojection(e));
+  if (!e.reprojection_px.empty()) {
+    page.sections.push_back(ReprojectionSection(e, input.map));
+  }
   page.sections.push_back(Times(e, t_s));
   return FormatReportPage(page);
 }

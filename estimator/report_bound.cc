@@ -96,6 +96,7 @@ Plot Curves(const Estimate& e, const std::vector<double>& t_s, const BoundSlots&
   Plot plot;
   plot.title = title;
   plot.decimals = 4;
+  plot.trim = true;
   plot.t_s = t_s;
   plot.series = {{slots.frame_alone, OfTags(window ? e.lagged : e.frames, first, unit), {}},
                  {slots.optimised, OfFrames(e.frames, first, unit), {}}};

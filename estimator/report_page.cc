@@ -59,6 +59,7 @@ std::string PlotJson(const Plot& plot) {
   const std::vector<size_t> indices = ThinnedIndices(plot, kMaxPlotPoints);
   std::string out = "{\"connect\":";
   out += plot.connect ? "true" : "false";
+  if (plot.trim) out += ",\"trim\":true";
   out += ",\"t\":" + ArrayJson(plot.t_s, indices, 4) + ",\"series\":[";
   for (size_t k = 0; k < plot.series.size(); ++k) {
     const PlotSeries& s = plot.series[k];

@@ -19,6 +19,7 @@ struct Plot {
   std::string title;        // with the unit: "x [m]"
   int decimals = 4;         // that values are rounded to
   bool connect = false;     // gaps are bridged: the series have stamps of their own
+  bool trim = false;        // the highest twentieth of the values may lie outside at first
   std::vector<double> t_s;  // growing
   std::vector<PlotSeries> series;
 };

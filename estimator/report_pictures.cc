@@ -40,24 +40,16 @@ Eigen::AlignedBox2d Extent(const TagMap& map, const std::vector<PicturePath>& pa
   return {box.min().array() - margin, box.max().array() + margin};
 }
 
-// 1, 2 or 5 times a power of ten, at most `most` steps over the span.
-double NiceStep(double span, int most) {
-  const double base = std::pow(10.0, std::floor(std::log10(span / most)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * base * most >= span) return factor * base;
-  }
-  return 10 * base;
-}
-
 std::string LineSvg(double x1, double y1, double x2, double y2) {
   return "<line class=\"grid\" x1=\"" + Text(x1) + "\" y1=\"" + Text(y1) + "\" x2=\"" + Text(x2) +
          "\" y2=\"" + Text(y2) + "\"/>\n";
 }
 
 std::string TextSvg(double x, double y, double size, const std::string& anchor,
-                    const std::string& text) {
-  return "<text x=\"" + Text(x) + "\" y=\"" + Text(y) + "\" font-size=\"" + Text(size) +
-         "\" text-anchor=\"" + anchor + "\">" + text + "</text>\n";
+                    const std::string& text, const std::string& css_class = "") {
+  return "<text" + (css_class.empty() ? "" : " class=\"" + css_class + "\"") + " x=\"" + Text(x) +
+         "\" y=\"" + Text(y) + "\" font-size=\"" + Text(size) + "\" text-anchor=\"" + anchor +
+         "\">" + text + "</text>\n";
 }
 
 std::string GridSvg(const Eigen::AlignedBox2d& box) {
@@ -88,7 +80,8 @@ std::string TagsSvg(const TagMap& map, const std::map<int, TagMark>& marks) {
     out += "/>";
     const Eigen::Vector2d centre = ToPicture(tag.world_from_tag.translation());
     out += TextSvg(centre.x(), centre.y() + 0.12 * tag.size_m, 0.36 * tag.size_m, "middle",
-                   mark != marks.end() ? mark->second.label : std::to_string(tag.id));
+                   mark != marks.end() ? mark->second.label : std::to_string(tag.id),
+                   mark != marks.end() ? "mark" : "");
   }
   return out;
 }
@@ -106,6 +99,14 @@ std::string PathSvg(const PicturePath& path) {
 }
 
 }  // namespace
+
+double NiceStep(double span, int most) {
+  const double base = std::pow(10.0, std::floor(std::log10(span / most)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * base * most >= span) return factor * base;
+  }
+  return 10 * base;
+}
 
 std::string MapPictureSvg(const TagMap& map, const std::vector<PicturePath>& paths,
                           const std::map<int, TagMark>& marks) {
@@ -143,7 +144,7 @@ std::string HistogramSvg(std::vector<double> values, const std::string& unit) {
            Text(height, "%.1f") + "\"/>\n";
   }
   const double span = width * (kBars - 1), step = NiceStep(span, 8);
-  for (int k = 0; k * step < span; ++k) {
+  for (int k = 0; k * step < 0.93 * span; ++k) {  // room for the last word
     out += TextSvg(k * step / width * bar, kHeight + 17, 13, k == 0 ? "start" : "middle",
                    Text(k * step) + (k == 0 ? " " + unit : ""));
   }

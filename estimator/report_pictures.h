@@ -25,6 +25,9 @@ struct TagMark {
 std::string MapPictureSvg(const TagMap& map, const std::vector<PicturePath>& paths,
                           const std::map<int, TagMark>& marks = {});
 
+/// Step of an axis: 1, 2 or 5 times a power of ten, at most `most` steps over the span > 0.
+double NiceStep(double span, int most);
+
 /// Histogram as SVG; the last bar holds all values above the 99th percentile. Empty for no values.
 std::string HistogramSvg(std::vector<double> values, const std::string& unit);
 

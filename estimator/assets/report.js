@@ -38,11 +38,12 @@
   }
 
   // Heights of the series shown in the time window, and of nine tenths of their bands: a band may be
-  // as wide as the world where an estimate has only begun.
+  // as wide as the world where an estimate has only begun. Where the plot says so, of all values but
+  // the highest twentieth.
   function heights(plot) {
     const [from, to] = timeWindow || [-Infinity, Infinity];
     let low = Infinity, high = -Infinity;
-    const lows = [], highs = [];
+    const lows = [], highs = [], values = [];
     for (const s of plot.series) {
       if (hidden.has(s.slot)) continue;
       for (let i = 0; i < plot.t.length; i++) {
@@ -50,6 +51,7 @@
         if (v === null || plot.t[i] < from || plot.t[i] > to) continue;
         low = Math.min(low, v);
         high = Math.max(high, v);
+        values.push(v);
         if (w !== null) { lows.push(v - w); highs.push(v + w); }
       }
     }
@@ -59,6 +61,10 @@
       highs.sort((a, b) => a - b);
       low = Math.min(low, lows[Math.floor(0.05 * lows.length)]);
       high = Math.max(high, highs[Math.floor(0.95 * (highs.length - 1))]);
+    }
+    if (plot.trim) {
+      values.sort((a, b) => a - b);
+      high = Math.max(low, 1.1 * values[Math.floor(0.95 * (values.length - 1))]);
     }
     const margin = 0.06 * (high - low) || 0.5;
     return [low - margin, high + margin];
@@ -116,7 +122,7 @@
       valueRange: heights(plot),
       interactionModel: interactionModel(),
       axes: {
-        x: { pixelsPerLabel: 60, axisLabelFormatter: format },
+        x: { pixelsPerLabel: 60, axisLabelFormatter: (x) => format(x) + " s" },
         y: { pixelsPerLabel: 28, axisLabelWidth: 58, axisLabelFormatter: format },
       },
       drawCallback: share,
