@@ -161,6 +161,15 @@ Usage EstimateUsage() {
        {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
         "jerk_psd", "angular_jerk_psd"}},
       {"Running", {"threads"}}};
+  usage.examples = {
+      {"A video of tags on a board, the camera calibrated by Kalibr",
+       "tagtwist_estimate --dataset flight.mp4 --camera_file camchain.yaml --map april_6x6.yaml"},
+      {"What the camera saw and what was made of it",
+       "tagtwist_estimate --dataset flight --config course.yaml --overlay flight.mp4"},
+      {"Online, a row a frame, from the first camera of the machine",
+       "tagtwist_estimate --dataset camera:0 --config mine.yaml --sliding_window --stream -"},
+      {"When map, lens or mount cannot be trusted",
+       "tagtwist_estimate --dataset flight --config mine.yaml --calibrate"}};
   return usage;
 }
 

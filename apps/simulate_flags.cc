@@ -146,7 +146,13 @@ Usage SimulateUsage() {
        {"Detections and faults",
         {"corner_noise_px", "hidden_fraction", "wrong_id_fraction", "hide_tags_from",
          "hide_tags_to"}},
-       {"Running", {"seed", "threads"}}}};
+       {"Running", {"seed", "threads"}}},
+      /*max_arguments=*/0,
+      {{"A flight over the course's mat",
+        "tagtwist_simulate --output flight --trajectory figure8 --duration 10"},
+       {"A rehearsal with a camera and a map of one's own, half a metre up",
+        "tagtwist_simulate --output flight --camera_file camchain.yaml --map mat.yaml --height "
+        "0.5"}}};
 }
 
 Result<SimulateJob> SimulateJobFromFlags() {

@@ -31,7 +31,12 @@ Usage CompareUsage() {
       "Compares trajectories with ground truth: ATE, RPE, velocity, rates, NEES. An input is an\n"
       "output folder of tagtwist_estimate, a states.csv, or poses as TUM, CSV or EuRoC/ASL.",
       {{"Ground truth", {"ground_truth", "align", "time_offset"}}, {"Output", {"json", "html"}}},
-      /*max_arguments=*/1000};
+      /*max_arguments=*/1000,
+      {{"Batch against window, with the truth of both",
+        "tagtwist_compare batch window --html compare.html"},
+       {"Against motion capture of a marker, its clock unknown",
+        "tagtwist_compare results --ground_truth vicon.csv --align handeye --time_offset "
+        "estimate"}}};
 }
 
 Result<EvaluationOptions> OptionsFromFlags() {

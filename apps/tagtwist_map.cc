@@ -41,6 +41,10 @@ Usage MapUsage() {
   usage.groups = {{"The map", {"check", "map", "tag_size_m", "tag_family"}},
                   {"Making one", {"from", "config", "root_tag", "use_detections"}},
                   {"What to write", {"render", "output"}}};
+  usage.examples = {
+      {"A map to print, in true size", "tagtwist_map --map mat.yaml --render mat.svg"},
+      {"A map of tags that nobody surveyed",
+       "tagtwist_map --from flight --tag_size_m 0.152 --output map.yaml"}};
   return usage;
 }
 

@@ -6,6 +6,8 @@
 #include <iostream>
 #include <sstream>
 
+#include "apps/man_page.h"
+
 #ifndef TAGTWIST_VERSION
 #define TAGTWIST_VERSION "unknown"
 #endif
@@ -55,20 +57,12 @@ std::string DefaultText(const gflags::CommandLineFlagInfo& info) {
   return out.str();
 }
 
-std::string DescribeFlag(const gflags::CommandLineFlagInfo& info) {
+std::string DescribeFlag(const FlagHelp& help) {
   constexpr size_t kTextColumn = 26;
-  const bool is_bool = info.type == "bool";
-  std::string line = "  --" + info.name;
-  if (is_bool) {
-    line += info.default_value == "true" ? "=false" : "";
-  } else {
-    line += info.type == "string" ? " TEXT" : " NUMBER";
-  }
+  std::string line = "  " + help.form;
   line += line.size() < kTextColumn ? std::string(kTextColumn - line.size(), ' ')
                                     : "\n" + std::string(kTextColumn, ' ');
-  std::string text = info.description;
-  if (!is_bool && !info.default_value.empty()) text += " [" + DefaultText(info) + "]";
-  return line + Wrap(text, kTextColumn, kTextColumn) + "\n";
+  return line + Wrap(help.text, kTextColumn, kTextColumn) + "\n";
 }
 
 ParsedCommandLine WrongUsage(const Usage& usage, const std::string& fault) {
@@ -91,13 +85,15 @@ TypedFlag SplitFlag(const std::string& argument) {
   return {body.substr(0, equals), body.substr(equals + 1), true};
 }
 
-// --help and --version, with the status and the text to end with.
+// --help, --man and --version, with the status and the text to end with.
 bool AnswerQuestion(const TypedFlag& flag, const Usage& usage, ParsedCommandLine* out) {
   const bool help = flag.name == "help" || flag.name == "h" || flag.name == "helpshort";
-  if (!help && flag.name != "version") return false;
+  if (!help && flag.name != "version" && flag.name != "man") return false;
   if (flag.has_value && !IsTrueWord(flag.value)) return false;
   out->exit_status = 0;
-  out->text = help ? HelpText(usage) : usage.program + " " + TAGTWIST_VERSION + "\n";
+  out->text = help                 ? HelpText(usage)
+              : flag.name == "man" ? ManPage(usage, TAGTWIST_VERSION)
+                                   : usage.program + " " + TAGTWIST_VERSION + "\n";
   return true;
 }
 
@@ -125,16 +121,35 @@ std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
 
 }  // namespace
 
+std::optional<FlagHelp> HelpOfFlag(const std::string& name) {
+  gflags::CommandLineFlagInfo info;
+  if (!FindFlag(name, &info)) return std::nullopt;
+  FlagHelp out{"--" + name, info.description};
+  if (info.type == "bool") {
+    if (info.default_value == "true") out.form += "=false";
+    return out;
+  }
+  out.form += info.type == "string" ? " TEXT" : " NUMBER";
+  if (!info.default_value.empty()) out.text += " [" + DefaultText(info) + "]";
+  return out;
+}
+
 std::string HelpText(const Usage& usage) {
   std::string out = usage.program + " " + usage.synopsis + "\n\n" + usage.summary + "\n";
   for (const FlagGroup& group : usage.groups) {
     out += "\n" + group.title + "\n";
     for (const std::string& name : group.flags) {
-      gflags::CommandLineFlagInfo info;
-      if (FindFlag(name, &info)) out += DescribeFlag(info);
+      if (const auto help = HelpOfFlag(name)) out += DescribeFlag(*help);
     }
   }
-  out += "\nHelp\n  --help                  this text\n  --version               the version\n";
+  out +=
+      "\nHelp\n  --help                  this text\n  --man                   the same as a man "
+      "page: "
+      "--man | man -l -\n  --version               the version\n";
+  if (!usage.examples.empty()) out += "\nExamples\n";
+  for (const UsageExample& example : usage.examples) {
+    out += "  " + example.purpose + ":\n    " + example.command + "\n";
+  }
   out += "\nExit status: 0 done; 1 bad input or data, told in one line; 2 wrong usage.\n";
   return out;
 }

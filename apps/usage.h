@@ -12,6 +12,11 @@ struct FlagGroup {
   std::vector<std::string> flags;
 };
 
+/// A command line to copy.
+struct UsageExample {
+  std::string purpose, command;
+};
+
 /// What a program says of itself. Texts and defaults of the flags come from gflags.
 struct Usage {
   std::string program;   // "tagtwist_simulate"
@@ -19,6 +24,7 @@ struct Usage {
   std::string summary;   // what the program does, a line or more
   std::vector<FlagGroup> groups;
   int max_arguments = 0;  // arguments that are not flags
+  std::vector<UsageExample> examples = {};
 };
 
 /// A command line, read. With an exit status the program ends: `text` is its last word, on standard
@@ -32,9 +38,18 @@ struct ParsedCommandLine {
 /// Sets the gflags of the process from argv and returns the other arguments. Stricter than gflags
 /// itself, which exits with status 1: an unknown flag, a value that does not parse or that its
 /// validator refuses, a missing value and too many arguments are wrong usage, status 2, in one
-/// line. --help prints `usage`, --version the version; both end with status 0.
+/// line. --help prints `usage`, --man the same as a man page, --version the version; all end with
+/// status 0.
 /// Forms: --flag value, --flag=value, --flag and --noflag for booleans; "--" ends the flags.
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv, const Usage& usage);
+
+/// A flag as the help tells of it.
+struct FlagHelp {
+  std::string form;  // "--output TEXT"
+  std::string text;  // what it does, and its default: "Folder to write to. [results]"
+};
+/// nullopt: the program has no such flag.
+std::optional<FlagHelp> HelpOfFlag(const std::string& name);
 
 /// The help text, as --help prints it.
 std::string HelpText(const Usage& usage);

@@ -14,6 +14,8 @@ install(DIRECTORY frontend residuals estimator DESTINATION ${CMAKE_INSTALL_INCLU
   FILES_MATCHING PATTERN "*.h" PATTERN assets EXCLUDE)
 install(TARGETS tagtwist_compare tagtwist_estimate tagtwist_map tagtwist_simulate
   DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR}
+  COMPONENT programs FILES_MATCHING PATTERN "*.1.gz")
 install(FILES configs/course.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/tagtwist
   COMPONENT programs)
 

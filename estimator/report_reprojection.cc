@@ -100,8 +100,8 @@ std::string ByPlaceHtml(const ReprojectionErrorsByPlace& errors) {
   return "<h3>By place in the image</h3>\n" + ParagraphHtml(note, "note") + ImageErrorsSvg(errors);
 }
 
-// Ids that are written: every one, or every so many.
-size_t LabelStep(size_t rows) { return rows / 40 + 1; }
+// Ids that are written: every one, or every so many, where rows are that high.
+size_t LabelStep(double row) { return static_cast<size_t>(std::ceil(12 / row)); }
 
 }  // namespace
 
@@ -142,7 +142,7 @@ std::string TagsOverTimeSvg(const ReprojectionErrorsByPlace& errors, int64_t t0_
   size_t k = 0;
   for (const auto& [id, tag] : errors.tags) {
     const double y = row * static_cast<double>(k);
-    if (k++ % LabelStep(rows) == 0) {
+    if (k++ % LabelStep(row) == 0) {
       out += Format("<text x=\"%g\" y=\"%.1f\" font-size=\"11\" text-anchor=\"end\">%d</text>",
                     kLeft - 6, y + 0.5 * row + 4, id);
     }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/man_page.h"
 #include "apps/progress.h"
 
 DEFINE_double(ut_rate, 49, "Frames a second.");
@@ -77,6 +78,21 @@ TEST_F(UsageTest, HelpAndVersionEndWithStatus0) {
   const auto version = Parse({"--version"});
   EXPECT_EQ(version.exit_status, 0);
   EXPECT_THAT(version.text, ::testing::MatchesRegex("prog [0-9.]+\n"));
+}
+
+TEST_F(UsageTest, ManPageSaysWhatHelpSays) {
+  Usage usage = TestUsage();
+  usage.examples = {{"Slowly", "prog --ut_rate 1"}, {"A line that begins as a request", ".x"}};
+  const std::string page = ManPage(usage, "1.2");
+  EXPECT_THAT(page, HasSubstr(".TH PROG 1 \"\" \"tagtwist 1.2\""));
+  EXPECT_THAT(page, HasSubstr(".SH NAME\nprog \\- does it\n"));
+  EXPECT_THAT(page, HasSubstr(".SS Input\n.TP\n.B \\-\\-ut_rate NUMBER\nFrames a second. [49]\n"));
+  EXPECT_THAT(page, HasSubstr("Slowly:\n.PP\n.RS\n.nf\nprog \\-\\-ut_rate 1\n"));
+  EXPECT_THAT(page, HasSubstr("\n\\&.x\n"));
+  EXPECT_THAT(HelpText(usage), HasSubstr("  Slowly:\n    prog --ut_rate 1\n"));
+  const auto asked = Parse({"--man"});
+  EXPECT_EQ(asked.exit_status, 0);
+  EXPECT_THAT(asked.text, HasSubstr(".TH PROG 1"));
 }
 
 TEST(Progress, LineTellsShareAndTimeLeft) {
