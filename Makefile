@@ -1,6 +1,6 @@
 # Thin: each target is what one would type. On a fresh Debian 12 `make demo` and `make test` bring
 # everything they need (root or sudo).
-.PHONY: setup build demo test install package format lint clean
+.PHONY: setup build demo test install package docs format lint clean
 JOBS := $(shell nproc)
 PREFIX ?= /usr/local
 
@@ -26,13 +26,22 @@ test: setup
 	@cmake --build --preset debug --parallel $(JOBS)
 	@ctest --preset debug --parallel $(JOBS)
 
-# Programs, libraries and headers; `make install PREFIX=DIR` elsewhere than in /usr/local.
+# Programs, libraries, headers and the Python module; `make install PREFIX=DIR` elsewhere than in /usr/local.
 install: build
+	@cmake --build --preset release --target python --parallel $(JOBS)
 	@cmake --install build/release --prefix "$(PREFIX)"
 
-# Two Debian packages in build/release.
+# Debian packages in build/release.
 package: build
+	@cmake --build --preset release --target python --parallel $(JOBS)
 	@cd build/release && cpack
+
+# Reference of the libraries: build/release/docs/html/index.html.
+docs:
+	@scripts/setup
+	@scripts/setup docs
+	@cmake --preset release --log-level=WARNING
+	@cmake --build build/release --target docs
 
 format:
 	@scripts/setup lint

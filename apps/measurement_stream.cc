@@ -5,6 +5,7 @@
 
 #include "apps/stopwatch.h"
 #include "estimator/online.h"
+#include "frontend/image_size.h"
 
 namespace tagtwist {
 Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
@@ -61,12 +62,8 @@ MeasurementStream::Detected MeasurementStream::Detect(Frame frame, const TagDete
 Result<std::optional<Frame>> MeasurementStream::NextFrame() {
   auto frame = source_->Next();
   if (!frame || !*frame) return frame;
-  const cv::Mat& image = (*frame)->image;
-  const Camera& camera = shared_->config.camera;
-  if (!image.empty() && (image.cols != camera.width || image.rows != camera.height)) {
-    return Error{(*frame)->name + ": the image has " + std::to_string(image.cols) + " x " +
-                 std::to_string(image.rows) + " px, the configured camera " +
-                 std::to_string(camera.width) + " x " + std::to_string(camera.height)};
+  if (const auto problem = ImageSizeProblem((*frame)->image, shared_->config.camera)) {
+    return Error{(*frame)->name + ": " + *problem};
   }
   return frame;
 }

@@ -37,7 +37,8 @@ template <typename AddFrame>
 Status ForEachFrame(const std::string& dataset, DataSource* source, const RunOptions& options,
                     Result<MeasurementStream> stream, Estimate* estimate, AddFrame&& add) {
   if (!stream) return stream.error();
-  Progress progress("estimating", source->stamps_ns().size());
+  std::optional<Progress> progress;
+  if (options.progress) progress.emplace("estimating", source->stamps_ns().size());
   ImageProblems problems;
   size_t n_frames = 0;
   bool has_tags = false;
@@ -60,7 +61,8 @@ Status ForEachFrame(const std::string& dataset, DataSource* source, const RunOpt
     if (const auto added = add(std::move(frame.measurements)); !added) {
       return Error{dataset + ": frame " + std::to_string(n_frames) + ": " + added.error().message};
     }
-    progress.Update(++n_frames);
+    ++n_frames;
+    if (progress) progress->Update(n_frames);
   }
   if (n_frames == 0) return Error{dataset + ": has no frame"};
   if (!has_tags) {

@@ -26,11 +26,12 @@ struct RunOptions {
   std::optional<double> deadline_ms;                          // of a frame, window mode
   /// Live: milliseconds since the moment of a stamp.
   std::function<double(int64_t t_ns)> age_ms;
-  int threads = 1;  // >= 1; the result does not depend on it
+  int threads = 1;       // >= 1; the result does not depend on it
+  bool progress = true;  // a bar on standard error, where that is a terminal
 };
 
-/// Estimates a whole recording, batch or window, with the time of every stage. A progress bar runs
-/// on a terminal. An error when no frame has a usable tag, naming `dataset`.
+/// Estimates a whole recording, batch or window, with the time of every stage. An error when no
+/// frame has a usable tag, naming `dataset`.
 Result<Estimate> RunEstimate(const std::string& dataset, DataSource* source, const Config& config,
                              const RunOptions& options);
 

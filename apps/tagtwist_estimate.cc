@@ -12,6 +12,7 @@
 #include "apps/interrupt.h"
 #include "apps/live_feed.h"
 #include "apps/map_recording.h"
+#include "apps/recording_options.h"
 #include "apps/stopwatch.h"
 #include "apps/write_overlay.h"
 #include "estimator/calibration_text.h"
@@ -31,11 +32,10 @@ double PeakRssMib() {
 }
 
 DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
-  DataSourceOptions options{job.run.use_detections, job.read_images, {}};
-  if (job.map_unknown_tags) return options;
-  options.known_tag_ids = config.movable_tags;
-  for (const Tag& tag : config.map.tags()) options.known_tag_ids.push_back(tag.id);
-  return options;
+  if (!job.map_unknown_tags) {
+    return RecordingOptions(config, job.run.use_detections, job.read_images);
+  }
+  return {job.run.use_detections, job.read_images, {}};
 }
 
 // Where figures are told: rows have standard output to themselves.

@@ -1,6 +1,6 @@
 # `cmake --install`: programs, libraries with their headers, and the package that find_package(tagtwist)
 # finds: tagtwist::types, tagtwist::frontend, tagtwist::residuals, tagtwist::estimator. `cpack`: the same as
-# two Debian packages, tagtwist (programs) and tagtwist-dev.
+# Debian packages, tagtwist (programs), tagtwist-dev and python3-tagtwist.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -29,15 +29,35 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/tagtwist-config-version.c
 install(FILES ${PROJECT_BINARY_DIR}/tagtwist-config.cmake
   ${PROJECT_BINARY_DIR}/tagtwist-config-version.cmake DESTINATION ${package_dir} COMPONENT dev)
 
+if(TAGTWIST_BUILD_PYTHON)
+  # Where the system's Python looks: packages under /usr, of all else the folder of its version.
+  install(CODE "
+    set(version python${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR})
+    if(CMAKE_INSTALL_PREFIX MATCHES \"/usr/?$\")
+      set(version python3)
+    endif()
+    file(INSTALL \"$<TARGET_FILE:tagtwist_python>\" \"${PROJECT_SOURCE_DIR}/apps/python/tagtwist.pyi\"
+      DESTINATION \"\${CMAKE_INSTALL_PREFIX}/lib/\${version}/dist-packages\")"
+    COMPONENT python)
+endif()
+
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests and benchmarks need not be built for it
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "the tagtwist developers <tagtwist@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Motion capture from a printed sheet of AprilTags")
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL programs dev)
+if(TAGTWIST_BUILD_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME tagtwist)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME tagtwist-dev)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tagtwist)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+math(EXPR next_python "${Python3_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+  "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy")
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 # The libraries are static: who links them needs all that they stand on.
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS

@@ -1,0 +1,16 @@
+# What the Python module needs. It is for the system's Python, whose dist-packages it is installed into; another one
+# is chosen with -DPython3_EXECUTABLE=...
+if(NOT TAGTWIST_BUILD_PYTHON)
+  return()
+endif()
+if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(Python3_EXECUTABLE /usr/bin/python3)
+endif()
+find_package(Python3 3.9 COMPONENTS Interpreter Development.Module NumPy)
+if(Python3_FOUND)
+  find_package(pybind11 2.10 CONFIG)
+endif()
+if(NOT pybind11_FOUND)
+  message(STATUS "Python module: not built, for it needs pybind11-dev, python3-dev and python3-numpy")
+  set(TAGTWIST_BUILD_PYTHON OFF)
+endif()
