@@ -13,7 +13,8 @@
 namespace tagtwist {
 namespace {
 
-// A frame farther from the wanted end of a step in time than this part of it does not end it.
+// A frame farther from the wanted end of a step in time or along the path than this part of it does
+// not end it.
 constexpr double kStepTolerance = 0.1;
 
 double RotationAngle(const Pose& a, const Pose& b) {
@@ -52,6 +53,30 @@ size_t MatchAfter(const std::vector<TruthMatch>& matches, size_t i, double step_
   if (j > i + 1 && over > wanted - matches[j - 1].estimate.t_ns) --j;
   const double miss_s = std::abs(ToSeconds(matches[j].estimate.t_ns - wanted));
   return miss_s <= kStepTolerance * step_s ? j : matches.size();
+}
+
+// Metres that the estimate has gone until each match.
+std::vector<double> PathLengths(const std::vector<TruthMatch>& matches) {
+  std::vector<double> out = {0};
+  for (size_t i = 1; i < matches.size(); ++i) {
+    const Pose &a = matches[i - 1].estimate.world_from_body,
+               &b = matches[i].estimate.world_from_body;
+    out.push_back(out.back() + (b.translation() - a.translation()).norm());
+  }
+  return out;
+}
+
+// Index of the later match whose way from match i is nearest to the step, if it is near enough.
+size_t MatchAlong(const std::vector<double>& path_m, size_t i, double step_m) {
+  const auto first = path_m.begin() + static_cast<std::ptrdiff_t>(i) + 1;
+  if (first == path_m.end()) return path_m.size();
+  const double wanted = path_m[i] + step_m;
+  auto j = std::lower_bound(first, path_m.end(), wanted);
+  if (j == path_m.end()) --j;
+  if (j != first && wanted - *(j - 1) <= std::abs(*j - wanted)) --j;
+  j = std::lower_bound(first, j, *j);  // the first of those that stand there
+  return std::abs(*j - wanted) <= kStepTolerance * step_m ? static_cast<size_t>(j - path_m.begin())
+                                                          : path_m.size();
 }
 
 void EvaluateTwist(const std::vector<TruthMatch>& matches, Accuracy* out) {
@@ -187,6 +212,9 @@ Result<Accuracy> Evaluate(const PoseSeries& series, const std::vector<TruthSampl
   out.rpe_frames = RelativeErrors(matches, [&](size_t i) { return i + options.rpe_frames; });
   out.rpe_time = RelativeErrors(
       matches, [&](size_t i) { return MatchAfter(matches, i, options.rpe_seconds); });
+  const std::vector<double> path_m = PathLengths(matches);
+  out.rpe_distance =
+      RelativeErrors(matches, [&](size_t i) { return MatchAlong(path_m, i, options.rpe_metres); });
   EvaluateTwist(matches, &out);
   EvaluateNees(matches, &out);
   out.rmse_over_bound = CompareWithBound(matches, out);

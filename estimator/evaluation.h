@@ -13,7 +13,8 @@ namespace tagtwist {
 struct EvaluationOptions {
   AlignmentOptions alignment;
   size_t rpe_frames = 1;     // step of the relative error in frames, >= 1
-  double rpe_seconds = 1.0;  // and in time [s], > 0
+  double rpe_seconds = 1.0;  // in time [s], > 0
+  double rpe_metres = 1.0;   // and along the estimate's path [m], > 0
 };
 
 /// Of one 3-D error over frames; every figure is of its norm.
@@ -53,7 +54,7 @@ struct Accuracy {
   size_t matched = 0;  // of them with truth
   Alignment alignment;
   ErrorStatistics position_m, rotation_rad;           // ATE
-  std::optional<RelativeError> rpe_frames, rpe_time;  // RPE
+  std::optional<RelativeError> rpe_frames, rpe_time, rpe_distance;  // RPE
   std::optional<ErrorStatistics> velocity_mps;        // in W
   std::optional<ErrorStatistics> rate_radps;          // in B
   std::optional<Nees> nees, nees_pose, nees_twist;    // 12, 6 and 6 degrees of freedom

@@ -131,6 +131,7 @@ Json AccuracyJson(const Accuracy& a) {
   out["rotation_median_rad"] = a.rotation_rad.median;
   if (a.rpe_frames) out["rpe_frames"] = RelativeJson(*a.rpe_frames);
   if (a.rpe_time) out["rpe_time"] = RelativeJson(*a.rpe_time);
+  if (a.rpe_distance) out["rpe_distance"] = RelativeJson(*a.rpe_distance);
   if (a.nees) out["nees"] = NeesJson(*a.nees);
   if (a.nees_pose) out["nees_pose"] = NeesJson(*a.nees_pose);
   if (a.nees_twist) out["nees_twist"] = NeesJson(*a.nees_twist);

@@ -116,6 +116,29 @@ TEST(Evaluation, RelativeErrorSeesWhatChangesAndNotWhatStays) {
   EXPECT_GT(a->position_m.rmse, 1);
 }
 
+// Steps of 0.1 m along x, and a stop: the pair's end is where the step is reached first.
+TEST(Evaluation, RelativeErrorByDistanceGoesAlongThePath) {
+  PoseSeries estimate;
+  std::vector<TruthSample> truth;
+  const std::vector<double> x_m = {0, 0.1, 0.2, 0.3, 0.3, 0.3, 0.4, 0.5};
+  for (size_t i = 0; i < x_m.size(); ++i) {
+    const auto t_ns = static_cast<int64_t>(i) * 100'000'000;
+    const auto pose = [](double x) {
+      return MakePose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x, 0, 0));
+    };
+    estimate.push_back({t_ns, pose(x_m[i]), std::nullopt, std::nullopt});
+    truth.push_back({t_ns, pose(1.02 * x_m[i] + (i == 4 ? 5 : 0)), std::nullopt});
+  }
+  EvaluationOptions options;
+  options.rpe_metres = 0.3;
+  const auto accuracy = Evaluate(estimate, truth, options);
+  ASSERT_TRUE(accuracy && accuracy->rpe_distance);
+  EXPECT_EQ(accuracy->rpe_distance->translation_m.count, 3u);  // 0-3, 1-6, 2-7; not to 4
+  EXPECT_NEAR(accuracy->rpe_distance->translation_m.max, 0.006, 1e-12);
+  options.rpe_metres = 0.6;
+  EXPECT_FALSE(Evaluate(estimate, truth, options)->rpe_distance);
+}
+
 TEST(Evaluation, TruthOfPosesAloneLeavesTwistEntriesOut) {
   auto truth = SmoothTruth(10, 100);
   for (TruthSample& s : truth) s.twist.reset();

@@ -6,7 +6,7 @@ file(COPY ${EXAMPLE}/ DESTINATION ${WORK}/source)
 if(PYTHON)
   set(path PYTHONPATH=${WORK}/prefix/lib/${PYTHON_VERSION}/dist-packages)
   set(python_steps
-    "${WORK}/prefix/bin/tagtwist_simulate|--output|${WORK}/flight|--duration|0.5"
+    "${WORK}/prefix/bin/tagtwist_simulate|--output|${WORK}/flight|--trajectory|hover|--duration|1"
     "${CMAKE_COMMAND}|-E|env|${path}|${PYTHON}|${WORK}/source/example.py|${WORK}/flight")
 endif()
 foreach(step

@@ -52,7 +52,7 @@ std::vector<TruthSample> TruthFrom(const py::object& object) {
 }
 
 EvaluationOptions ToOptions(const std::string& align, const py::object& time_offset_s,
-                            double rpe_seconds, int rpe_frames) {
+                            double rpe_seconds, int rpe_frames, double rpe_metres) {
   EvaluationOptions out;
   const auto kind = ParseAlignmentKind(align);
   if (!kind) throw Refusal("align: expected none, se3 or handeye, got '" + align + "'");
@@ -66,8 +66,10 @@ EvaluationOptions ToOptions(const std::string& align, const py::object& time_off
     out.alignment.time_offset_s = *ToArray(time_offset_s, "time_offset_s", {}).data();
   }
   if (!(rpe_seconds > 0)) throw Refusal("rpe_seconds: expected > 0");
+  if (!(rpe_metres > 0)) throw Refusal("rpe_metres: expected > 0");
   if (rpe_frames < 1) throw Refusal("rpe_frames: expected >= 1");
   out.rpe_seconds = rpe_seconds;
+  out.rpe_metres = rpe_metres;
   out.rpe_frames = static_cast<size_t>(rpe_frames);
   return out;
 }
@@ -87,8 +89,10 @@ py::dict FiguresByName(const std::string& json) {
 }
 
 py::dict CompareThem(const py::object& estimate, const py::object& truth, const std::string& align,
-                     const py::object& time_offset_s, double rpe_seconds, int rpe_frames) {
-  const EvaluationOptions options = ToOptions(align, time_offset_s, rpe_seconds, rpe_frames);
+                     const py::object& time_offset_s, double rpe_seconds, int rpe_frames,
+                     double rpe_metres) {
+  const EvaluationOptions options =
+      ToOptions(align, time_offset_s, rpe_seconds, rpe_frames, rpe_metres);
   ReadResults results = ToResults(estimate);
   if (!truth.is_none()) results.truth = TruthFrom(truth);
   if (results.truth.empty()) throw Refusal("truth: needed, for none came with the estimate");
@@ -105,7 +109,7 @@ py::dict CompareThem(const py::object& estimate, const py::object& truth, const 
 void BindCompare(py::module_& module) {
   module.def("compare", &CompareThem, py::arg("estimate"), py::arg("truth") = py::none(),
              py::kw_only(), py::arg("align") = "none", py::arg("time_offset_s") = 0.0,
-             py::arg("rpe_seconds") = 1.0, py::arg("rpe_frames") = 1,
+             py::arg("rpe_seconds") = 1.0, py::arg("rpe_frames") = 1, py::arg("rpe_metres") = 1.0,
              R"(Figures of trajectories against ground truth: tagtwist_compare as a call.
 
 estimate       Estimate, States, Trajectory, or a path that tagtwist_compare takes
@@ -113,11 +117,11 @@ truth          Trajectory or path; None: what came with the estimate
 align          "none"; "se3": the world moved rigidly onto the truth's; "handeye": besides, a
                rigid transform between the body and the frame that the truth measures
 time_offset_s  seconds that the truth's clock is ahead, or "estimate"
-rpe_seconds, rpe_frames  steps of the relative errors
+rpe_seconds, rpe_frames, rpe_metres  steps of the relative errors
 
 Returns {name: figures}; names are "closed form", "optimised", ... Figures: position_rmse_m,
-rotation_rmse_rad (ATE), rpe_time, rpe_frames, velocity_rmse_mps, rate_rmse_radps, nees,
-alignment, and others, as tagtwist_compare --json writes them.)");
+rotation_rmse_rad (ATE), rpe_time, rpe_frames, rpe_distance, velocity_rmse_mps,
+rate_rmse_radps, nees, alignment, and others, as tagtwist_compare --json writes them.)");
 }
 
 }  // namespace tagtwist::python

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 
 #include "apps/in_order.h"
@@ -24,18 +23,6 @@ struct EstimateArrays : StatesArrays {
   Array reprojection_px;
   std::vector<std::string> warnings;
   std::optional<TrajectoryArrays> truth;
-};
-
-// OpenCV works in the caller's thread while this lives: frames are spread over threads here.
-class OneOpenCvThread {
- public:
-  OneOpenCvThread() : before_(cv::getNumThreads()) { cv::setNumThreads(1); }
-  ~OneOpenCvThread() { cv::setNumThreads(before_); }
-  OneOpenCvThread(const OneOpenCvThread&) = delete;
-  OneOpenCvThread& operator=(const OneOpenCvThread&) = delete;
-
- private:
-  int before_;
 };
 
 DetectionMode ToDetectionMode(const std::string& name, const RunOptions& run) {
@@ -122,7 +109,6 @@ EstimateArrays RunIt(Config config, const py::object& frames, bool sliding_windo
   std::optional<Result<Estimate>> estimate;
   {
     const py::gil_scoped_release release;
-    const OneOpenCvThread one_thread;
     estimate = RunEstimate(name, &source, config, run);
   }
   source.RethrowFailure();

@@ -1,13 +1,12 @@
 // Frames in, states out: a simulated flight over the course's mat, estimated frame by frame and
-// then as a whole. With a recording, FrameMeasurements come from a DataSource and a FrontEnd
-// instead.
+// then as a whole. With images OnlineEstimator::AddImage finds the tags itself.
 #include <cstdio>
 #include <utility>
 #include <vector>
 
 #include "estimator/batch.h"
 #include "estimator/config.h"
-#include "estimator/sliding_window.h"
+#include "estimator/online_estimator.h"
 #include "frontend/named_flights.h"
 #include "frontend/simulator.h"
 
@@ -21,7 +20,8 @@ int main() {
   const auto setup = tagtwist::MakeEstimatorSetup(config.camera, config.cam_from_body, config.map,
                                                   config.estimator);
 
-  tagtwist::SlidingWindow window(setup);
+  auto online = tagtwist::OnlineEstimator::Create(config);
+  if (!online) return std::fprintf(stderr, "%s\n", online.error().message.c_str()), 1;
   tagtwist::BatchEstimator batch(setup);
   double worst_m = 0;
   for (int i = 0; i < 120; ++i) {
@@ -29,7 +29,7 @@ int main() {
     tagtwist::FrameMeasurements measurements;
     measurements.t_ns = frame.t_ns;
     measurements.tags = frame.detections;
-    const auto now = window.Add(measurements);
+    const auto now = online->AddTags(frame.t_ns, frame.detections);
     if (!now) return std::fprintf(stderr, "%s\n", now.error().message.c_str()), 1;
     const auto& state = now->current.state;
     const double off_m =

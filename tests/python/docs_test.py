@@ -8,7 +8,7 @@ from flight import SOURCE, Flight
 
 class Docs(unittest.TestCase):
     def test_code_runs(self):
-        flight = Flight()
+        flight = Flight("hover")
         self.addCleanup(flight.remove)
         self.addCleanup(os.chdir, os.getcwd())
         os.chdir(flight.folder)

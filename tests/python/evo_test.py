@@ -1,7 +1,8 @@
 """ATE and RPE against the definitions of the tool evo, written anew with NumPy.
 
 Those of evo: APE is |p_est - p_ref| and the angle of R_ref^T R_est after Umeyama's alignment without
-scale; RPE, of all pairs, is of (Q_i^-1 Q_j)^-1 (P_i^-1 P_j), with j = i + delta in frames.
+scale; RPE, of all pairs, is of (Q_i^-1 Q_j)^-1 (P_i^-1 P_j), with j = i + delta in frames, or the j > i
+to which the estimate's path is nearest to delta in metres, and within a tenth of it.
 """
 import unittest
 
@@ -117,6 +118,21 @@ class LikeEvo(unittest.TestCase):
         pairs = [(i, i + delta) for i in range(len(truth) - delta)]
         figures = tagtwist.compare(estimate, truth, rpe_seconds=0.4)["trajectory"]
         self.assert_rpe(figures["rpe_time"], rpe(matrices(truth), matrices(estimate), pairs))
+
+    def test_relative_errors_by_distance(self):
+        truth, estimate = flight_and_estimate(5)
+        gone = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(estimate.position, axis=0),
+                                                              axis=1))])
+        for delta in 0.05, 1.0:  # the shorter one is often missed: steps have noise
+            pairs = []
+            for i in range(len(gone) - 1):
+                off = np.abs(gone[i + 1:] - gone[i] - delta)
+                if off.min() <= 0.1 * delta:
+                    pairs.append((i, i + 1 + int(np.argmin(off))))
+            self.assertLess(len(pairs), len(gone) - 20)
+            figures = tagtwist.compare(estimate, truth, rpe_metres=delta)["trajectory"]
+            self.assert_rpe(figures["rpe_distance"],
+                            rpe(matrices(truth), matrices(estimate), pairs))
 
 
 if __name__ == "__main__":

@@ -22,11 +22,12 @@ def run(folder, program, *arguments):
 class Flight:
     """The recording `path` with images and detections, in a folder of its own."""
 
-    def __init__(self):
+    def __init__(self, trajectory="figure8"):
         self._folder = tempfile.TemporaryDirectory()
         self.folder = self._folder.name
         self.path = os.path.join(self.folder, "flight")
-        run(self.folder, "tagtwist_simulate", "--output", self.path, "--duration", "0.7")
+        run(self.folder, "tagtwist_simulate", "--output", self.path, "--trajectory", trajectory,
+            "--duration", "1", "--rate", "30")
 
     def remove(self):
         self._folder.cleanup()

