@@ -18,6 +18,7 @@ class Docs(unittest.TestCase):
         exec("\n".join(lines), names)  # pylint: disable=exec-used
         self.assertEqual(names["smoothed"].t_ns.tolist(), names["result"].t_ns.tolist())
         self.assertLess(names["figures"]["optimised"]["position_rmse_m"], 1e-3)
+        self.assertLess(names["figures"]["optimised"]["nees"]["per_dof"], 10)
         self.assertEqual(len(names["from_tags"]), len(names["result"]))
 
 
