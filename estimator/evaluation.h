@@ -53,12 +53,12 @@ struct Accuracy {
   size_t frames = 0;   // of the trajectory
   size_t matched = 0;  // of them with truth
   Alignment alignment;
-  ErrorStatistics position_m, rotation_rad;           // ATE
+  ErrorStatistics position_m, rotation_rad;                         // ATE
   std::optional<RelativeError> rpe_frames, rpe_time, rpe_distance;  // RPE
-  std::optional<ErrorStatistics> velocity_mps;        // in W
-  std::optional<ErrorStatistics> rate_radps;          // in B
-  std::optional<Nees> nees, nees_pose, nees_twist;    // 12, 6 and 6 degrees of freedom
-  std::optional<BoundRatio> rmse_over_bound;          // where every frame has a covariance
+  std::optional<ErrorStatistics> velocity_mps;                      // in W
+  std::optional<ErrorStatistics> rate_radps;                        // in B
+  std::optional<Nees> nees, nees_pose, nees_twist;  // 12, 6 and 6 degrees of freedom
+  std::optional<BoundRatio> rmse_over_bound;        // where every frame has a covariance
 };
 
 /// Estimates brought into the truth's frames, each with its truth.

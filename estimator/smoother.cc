@@ -1,7 +1,6 @@
 #include "estimator/smoother.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <utility>
 
