@@ -32,7 +32,7 @@ TEST(OnlineEstimator, ImagesBecomeStates) {
     const auto output = estimator->AddImage(frame.t_ns, frame.image);
     ASSERT_TRUE(output);
     EXPECT_EQ(output->current.t_ns, frame.t_ns);
-    EXPECT_GE(output->current.n_tags, 10);
+    EXPECT_GE(output->current.n_tags, 8);
     EXPECT_LT(ErrorM(output->current, frame), 1e-3);
     n_lagged += output->lagged.size();
   }
@@ -56,7 +56,7 @@ TEST(OnlineEstimator, DetectionsAreFilteredAndImagesBesideThemGiveTracks) {
         estimator->AddTags(frame.t_ns, frame.detections, i == 3 ? cv::Mat() : frame.image);
     ASSERT_TRUE(output);
     EXPECT_EQ(output->current.n_tags, n_tags);
-    EXPECT_EQ(output->current.n_tracks > 0, i > 0 && i < 3) << i;
+    EXPECT_EQ(output->current.n_tracks > 0, i < 3) << i;
     EXPECT_LT(ErrorM(output->current, frame), 5e-3);
   }
 }
