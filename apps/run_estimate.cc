@@ -12,6 +12,7 @@
 #include "apps/stopwatch.h"
 #include "estimator/batch.h"
 #include "estimator/online.h"
+#include "estimator/rolling_shutter.h"
 #include "estimator/sliding_window.h"
 
 namespace tagtwist {
@@ -88,6 +89,10 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
   if (!read) return read.error();
   const Stopwatch watch;
   auto result = batch.Solve();
+  if (result && config.line_time_s != 0) {
+    batch.TakeTagsAsOfStamps(config.line_time_s, result->frames);
+    result = batch.Solve();
+  }
   if (!result) return Error{dataset + ": " + result.error().message};
   estimate.times.optimise_ms = {watch.ElapsedMs()};
   estimate.frames = std::move(result->frames);
@@ -109,6 +114,8 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   estimate.mode = "sliding_window";
   if (options.age_ms) estimate.live.emplace();
   SlidingWindow window(setup);
+  std::optional<RollingShutterUndo> undo;
+  if (config.line_time_s != 0) undo.emplace(setup, config.line_time_s);
   std::optional<FrameDeadline> deadline;
   if (options.deadline_ms) deadline.emplace(*options.deadline_ms);
   estimate.deadline_ms = options.deadline_ms;
@@ -118,8 +125,14 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
     if (!opened) return opened.error();
     stream = std::move(*opened);
   }
-  const auto add = [&](const FrameMeasurements& measurements) -> Status {
+  const auto add = [&](FrameMeasurements measurements) -> Status {
     const Stopwatch watch;
+    if (undo) {
+      auto undone =
+          undo->AsOfStamp(std::move(measurements), deadline ? deadline->ForSolve() : TimeUp());
+      if (!undone) return undone.error();
+      measurements = std::move(*undone);
+    }
     auto output = window.Add(measurements, deadline ? deadline->ForSolve() : TimeUp());
     if (!output) return output.error();
     estimate.times.optimise_ms.push_back(watch.ElapsedMs());
@@ -152,8 +165,10 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
 
 Result<Estimate> RunEstimate(const std::string& dataset, DataSource* source, const Config& config,
                              const RunOptions& options) {
+  EstimatorOptions estimator = config.estimator;
+  if (config.line_time_s != 0) estimator.use_tracks = false;  // nothing tells where their rows were
   const EstimatorSetup setup =
-      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator);
+      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, estimator);
   return options.sliding_window ? RunInWindow(dataset, source, config, setup, options)
                                 : RunInBatch(dataset, source, config, setup, options);
 }

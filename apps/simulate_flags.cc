@@ -50,6 +50,8 @@ DEFINE_int32(occluders, Look().scene.occluders, "Dark or bright ellipses over th
 DEFINE_double(occluder_radius, Look().scene.occluder_radius_m, "Their mean radius [m].");
 DEFINE_double(occluder_height, Look().scene.occluder_height_m, "They float up to this height [m].");
 DEFINE_double(occluder_speed, Look().scene.occluder_speed_mps, "They swing up to this fast [m/s].");
+DEFINE_double(line_time_s, Sim().line_time_s,
+              "Rolling shutter: row v is taken this long times v after the stamp; without images.");
 DEFINE_double(corner_noise_px, Sim().corner_noise_px,
               "Noise of the corners in detections.csv, standard deviation [px].");
 DEFINE_double(hidden_fraction, Sim().hidden_fraction, "Share of visible tags not detected.");
@@ -119,6 +121,7 @@ SimulatorOptions SimulatorFromFlags() {
   out.images = FLAGS_images;
   out.exposure_s = 1e-3 * FLAGS_exposure_ms;
   out.corner_noise_px = FLAGS_corner_noise_px;
+  out.line_time_s = FLAGS_line_time_s;
   out.hidden_fraction = FLAGS_hidden_fraction;
   out.wrong_id_fraction = FLAGS_wrong_id_fraction;
   out.hide_tags_from_s = FLAGS_hide_tags_from;
@@ -144,7 +147,7 @@ Usage SimulateUsage() {
        {"The scene",
         {"scribble", "floor", "occluders", "occluder_radius", "occluder_height", "occluder_speed"}},
        {"Detections and faults",
-        {"corner_noise_px", "hidden_fraction", "wrong_id_fraction", "hide_tags_from",
+        {"line_time_s", "corner_noise_px", "hidden_fraction", "wrong_id_fraction", "hide_tags_from",
          "hide_tags_to"}},
        {"Running", {"seed", "threads"}}},
       /*max_arguments=*/0,

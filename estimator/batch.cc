@@ -7,6 +7,7 @@
 #include "estimator/format_text.h"
 #include "estimator/model_choice.h"
 #include "estimator/prior_calibration.h"
+#include "estimator/rolling_shutter.h"
 #include "estimator/seeding.h"
 #include "estimator/tag_audit.h"
 #include "estimator/tag_revision.h"
@@ -129,6 +130,14 @@ Result<Solution> BatchEstimator::SolveWithTrustedTags(const std::vector<int>& st
     if (!solution) return solution;
   }
   return solution;
+}
+
+void BatchEstimator::TakeTagsAsOfStamps(double line_time_s,
+                                        const std::vector<FrameEstimate>& solved) {
+  for (size_t i = 0; i < measurements_.size(); ++i) {
+    std::vector<TagDetection>& tags = measurements_[i].tags;
+    tags = TagsAsOfStamp(setup_, line_time_s, solved[i].state, tags);
+  }
 }
 
 Result<BatchResult> BatchEstimator::Solve() const {

@@ -29,6 +29,10 @@ class BatchEstimator {
 
   /// Stamps must grow.
   void Add(FrameMeasurements measurement);
+  /// The tags from now on as they would have been seen at the frames' stamps, by the states of a
+  /// solution, one a frame: undoes a rolling shutter (rolling_shutter.h). Once; tracks stay as they
+  /// are.
+  void TakeTagsAsOfStamps(double line_time_s, const std::vector<FrameEstimate>& solved);
   /// Solves for all frames. An error when no frame has a usable tag, or there is no solution.
   Result<BatchResult> Solve() const;
 

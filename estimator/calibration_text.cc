@@ -52,12 +52,11 @@ void AddLens(const Calibration& c, std::vector<std::string>* out) {
 
 void AddShutter(const Calibration& c, std::vector<std::string>* out) {
   const int entry = LayoutOf(c.given).line_time();
-  const double sigmas = Significance(c, entry, 1);
-  if (!(sigmas > kTold)) return;
+  if (!c.applied[static_cast<size_t>(entry)]) return;
   out->push_back(
-      Format("rolling shutter: %.2f us from row to row, %+.2f against the configuration "
-             "(%.0f sigma); %.1f ms an image",
-             1e6 * c.refined.line_time_s, 1e6 * c.change(entry), sigmas,
+      Format("rolling shutter: %.2f us +- %.2f from row to row, %+.2f against the "
+             "configuration; %.1f ms an image",
+             1e6 * c.refined.line_time_s, 1e6 * c.sigma(entry), 1e6 * c.change(entry),
              1e3 * std::abs(c.refined.line_time_s) * c.given.camera.height));
 }
 

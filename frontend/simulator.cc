@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "frontend/number_text.h"
 #include "frontend/option_check.h"
 #include "frontend/random_stream.h"
 
@@ -37,22 +38,42 @@ double ShortestSide(const TagDetection& tag) {
   return shortest;
 }
 
+// Where a corner is seen, its row taken while the camera moves on. `cam_from_world_after`: so many
+// seconds after the stamp.
+template <typename CamFromWorldAfter>
+std::optional<Eigen::Vector2d> ProjectCorner(const Camera& camera, double line_time_s,
+                                             const Eigen::Vector3d& corner_in_world,
+                                             const CamFromWorldAfter& cam_from_world_after) {
+  constexpr int kMostRounds = 20;
+  constexpr double kEnoughPx = 1e-9;
+  Eigen::Vector2d pixel(0, 0);
+  for (int i = 0; i < kMostRounds; ++i) {
+    const double row = pixel.y();
+    const Eigen::Vector3d in_cam = cam_from_world_after(line_time_s * row) * corner_in_world;
+    if (!camera.Project(in_cam, &pixel)) return std::nullopt;
+    const auto ray = camera.Unproject(pixel);  // past a fold it is another one
+    if (!ray || !((*ray - in_cam.hnormalized()).norm() < 1e-6)) return std::nullopt;
+    if (line_time_s == 0 || std::abs(pixel.y() - row) < kEnoughPx) break;
+  }
+  if (!camera.Contains(pixel)) return std::nullopt;
+  return pixel;
+}
+
 // The tag's true corners, or nullopt where it cannot be seen whole and from its front.
-std::optional<TagDetection> ProjectTag(const Camera& camera, const Pose& cam_from_world,
-                                       const Tag& tag,
-                                       const std::array<Eigen::Vector3d, 4>& corners_in_world) {
-  const Pose cam_from_tag = cam_from_world * tag.world_from_tag;
+template <typename CamFromWorldAfter>
+std::optional<TagDetection> ProjectTag(const Camera& camera, double line_time_s, const Tag& tag,
+                                       const std::array<Eigen::Vector3d, 4>& corners_in_world,
+                                       const CamFromWorldAfter& cam_from_world_after) {
+  const Pose cam_from_tag = cam_from_world_after(0.0) * tag.world_from_tag;
   const Eigen::Vector3d normal = cam_from_tag.rotation() * Eigen::Vector3d::UnitZ();
   if (!(normal.dot(cam_from_tag.translation()) < 0)) return std::nullopt;
   TagDetection out;
   out.id = tag.id;
   for (size_t c = 0; c < 4; ++c) {
-    const Eigen::Vector3d corner_in_cam = cam_from_world * corners_in_world[c];
-    if (!camera.Project(corner_in_cam, &out.corners[c]) || !camera.Contains(out.corners[c])) {
-      return std::nullopt;
-    }
-    const auto ray = camera.Unproject(out.corners[c]);  // past a fold it is another one
-    if (!ray || !((*ray - corner_in_cam.hnormalized()).norm() < 1e-6)) return std::nullopt;
+    const auto pixel =
+        ProjectCorner(camera, line_time_s, corners_in_world[c], cam_from_world_after);
+    if (!pixel) return std::nullopt;
+    out.corners[c] = *pixel;
   }
   return out;
 }
@@ -62,6 +83,7 @@ std::optional<TagDetection> ProjectTag(const Camera& camera, const Pose& cam_fro
 std::optional<std::string> SimulatorOptions::Problem() const {
   const double inf = std::numeric_limits<double>::infinity();
   for (const auto& problem : {renderer.Problem(), CheckRange("exposure_s", exposure_s, 0, 1),
+                              CheckRange("line_time_s", line_time_s, -1e-3, 1e-3),
                               CheckRange("corner_noise_px", corner_noise_px, 0, 100),
                               CheckRange("min_tag_side_px", min_tag_side_px, 0, inf),
                               CheckRange("hidden_fraction", hidden_fraction, 0, 1),
@@ -73,6 +95,8 @@ std::optional<std::string> SimulatorOptions::Problem() const {
                               CheckRange("accel_noise_mps2", accel_noise_mps2, 0, inf)}) {
     if (problem) return problem;
   }
+  if (images && line_time_s != 0)
+    return "line_time_s: expected 0 with images, got " + FormatNumber(line_time_s);
   return std::nullopt;
 }
 
@@ -131,12 +155,17 @@ std::vector<TagDetection> Simulator::FindVisibleTags(int64_t t_ns) const {
   if (TagsAreHiddenAt(t_ns)) return out;
   const Pose world_from_cam = WorldFromCam(t_ns), cam_from_world = Inverse(world_from_cam);
   const Eigen::Vector3d camera_in_world = world_from_cam.translation();
+  const auto cam_from_world_after = [&](double after_s) {
+    if (after_s == 0) return cam_from_world;
+    const int64_t at_ns = t_ns + std::llround(1e9 * after_s);
+    return Inverse(WorldFromCam(std::clamp(at_ns, trajectory_.first_ns(), trajectory_.last_ns())));
+  };
   const Scene& scene = renderer_.scene();
   const std::vector<Patch> occluders = scene.OccludersAt(ToSeconds(t_ns));
   for (size_t i = 0; i < map_.tags().size(); ++i) {
     const Tag& tag = map_.tags()[i];
-    const auto seen =
-        ProjectTag(renderer_.camera(), cam_from_world, tag, map_.CornersInWorld(tag.id));
+    const auto seen = ProjectTag(renderer_.camera(), options_.line_time_s, tag,
+                                 map_.CornersInWorld(tag.id), cam_from_world_after);
     if (!seen || ShortestSide(*seen) < options_.min_tag_side_px) continue;
     const Patch& paper = scene.tags()[i];
     const auto hides = [&](const Patch& patch) {

@@ -16,6 +16,8 @@ struct SimulatorOptions {
   uint64_t seed = 1;             // of everything random
   bool images = true;            // render them
   double exposure_s = 0.002;     // motion blur; stamps are the middle of the exposure, >= 0
+  double line_time_s = 0;        // rolling shutter: row v is taken line_time_s * v after the stamp;
+                                 // of detections alone, 0 with images
   double corner_noise_px = 0.1;  // of the detections' corners, standard deviation, >= 0
   double min_tag_side_px = 8;    // detections have no shorter side, >= 0
   double hidden_fraction = 0;    // share of the visible tags that are not detected, 0 to 1
@@ -32,6 +34,7 @@ struct SimulatorOptions {
     visit("seed", self.seed);
     visit("images", self.images);
     visit("exposure_s", self.exposure_s);
+    visit("line_time_s", self.line_time_s);
     visit("corner_noise_px", self.corner_noise_px);
     visit("min_tag_side_px", self.min_tag_side_px);
     visit("hidden_fraction", self.hidden_fraction);
@@ -67,7 +70,8 @@ class Simulator {
   std::vector<ImuSample> MakeImu(int64_t first_ns, int64_t last_ns) const;
 
   const SplineTrajectory& trajectory() const { return trajectory_; }
-  /// Tags that the camera sees whole and from their front, with their true corners.
+  /// Tags that the camera sees whole and from their front, with their true corners, each where the
+  /// camera is when its row is taken.
   std::vector<TagDetection> FindVisibleTags(int64_t t_ns) const;
 
  private:

@@ -72,6 +72,36 @@ TEST(Simulator, DetectionsAreTheProjectedCornersOfWholeTags) {
   }
 }
 
+// Every corner is where the camera sees it when its own row is taken, and elsewhere at the stamp.
+TEST(Simulator, ARollingShutterTakesEachCornerAtItsRow) {
+  SimulatorOptions options = DetectionsOnly();
+  options.line_time_s = -5e-5;
+  const Simulator simulator = MustMake(options);
+  const Camera camera;
+  const TagMap map = MakeTagMap({});
+  double farthest_px = 0;
+  for (int i = 1; i < 10; ++i) {
+    const int64_t t_ns = i * kSecond;
+    for (const TagDetection& tag : simulator.MakeFrame(i, t_ns).detections) {
+      for (size_t c = 0; c < 4; ++c) {
+        const Eigen::Vector3d corner = map.CornersInWorld(tag.id)[c];
+        const auto pixel_at = [&](int64_t at_ns) {
+          const Pose body = simulator.trajectory().At(at_ns).world_from_body;
+          Eigen::Vector2d pixel(0, 0);
+          EXPECT_TRUE(camera.Project(CourseCamFromBody() * (Inverse(body) * corner), &pixel));
+          return pixel;
+        };
+        const int64_t of_row_ns = std::llround(1e9 * options.line_time_s * tag.corners[c].y());
+        EXPECT_LT((pixel_at(t_ns + of_row_ns) - tag.corners[c]).norm(), 1e-6);
+        farthest_px = std::max(farthest_px, (pixel_at(t_ns) - tag.corners[c]).norm());
+      }
+    }
+  }
+  EXPECT_GT(farthest_px, 1);
+  options.images = true;
+  EXPECT_THAT(*options.Problem(), HasSubstr("line_time_s: expected 0 with images"));
+}
+
 TEST(Simulator, CornerNoiseHasItsSigma) {
   const Simulator noisy = MustMake(DetectionsOnly(0.3)), clean = MustMake(DetectionsOnly());
   double sum = 0, square = 0;
