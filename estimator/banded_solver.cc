@@ -11,8 +11,6 @@ namespace tagtwist {
 namespace {
 
 constexpr int kSize = BlockBandedMatrix::kSize;
-// Decrease of the cost, half a square of standard deviations, that is none.
-constexpr double kNothing = 1e-14;
 // Decrease, as a share of the cost, that rounding may hide.
 constexpr double kRounding = 1e-11;
 // Damping, as a multiple of the diagonal: none while steps succeed, from kLeast on when one fails.
@@ -67,7 +65,7 @@ BandedSolution SolveBanded(const SolveOptions& options, Graph* graph) {
       const double expected = -0.5 * system.gradient.dot(step);
       std::vector<GraphState> before = Moved(graph->states, step);
       std::swap(before, graph->states);
-      if (damping == 0 && expected <= options.function_tolerance * system.cost + kNothing) {
+      if (damping == 0 && expected <= options.function_tolerance * system.cost + kNoDecrease) {
         Finish(std::move(cholesky), system.cost - expected, &out);
         return out;
       }

@@ -7,6 +7,9 @@
 
 namespace tagtwist {
 
+/// Decrease of the cost, half a square of standard deviations, that is none.
+inline constexpr double kNoDecrease = 1e-14;
+
 /// What SolveBanded found.
 struct BandedSolution {
   SolveSummary summary;

@@ -59,7 +59,7 @@ void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& inp
       Factor factor;
       factor.kind = FactorKind::kTag;
       factor.blocks = {PoseOf(static_cast<int>(i))};
-      factor.huber_delta = HuberDelta(setup, 8);
+      factor.huber_delta = TagHuberDelta(setup);
       factor.source = static_cast<int>(k);
       factor.cost =
           std::make_shared<TagReprojectionResidual>(observation, setup.camera, setup.cam_from_body);
@@ -158,6 +158,8 @@ Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const Gra
                       graph.factors.end());
   return graph;
 }
+
+double TagHuberDelta(const EstimatorSetup& setup) { return HuberDelta(setup, 8); }
 
 Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
                                              double sigma_px) {

@@ -54,6 +54,9 @@ Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const Gra
 /// The motion prior between states k and k + 1.
 Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise);
 
+/// Huber's threshold on the norm of a tag's whitened residual.
+double TagHuberDelta(const EstimatorSetup& setup);
+
 /// Of a detection's corners, 8x8, u1 v1 .. u4 v4 [px^2]: the detection's own covariance where it
 /// has one and the user gives no sigma, and what of the corners' errors it does not explain:
 /// sigma_px.

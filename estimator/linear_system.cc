@@ -57,41 +57,11 @@ void AddTag(int state, const LinearFactor& linear, LinearSystem* system) {
   system->gradient.segment<6>(kSize * state) += jacobian.transpose().lazyProduct(residual);
 }
 
-// The prior's motion between this state and the next: zeros are left out.
-void AddMotion(int state, const LinearFactor& linear, LinearSystem* system) {
-  using Matrix9 = Eigen::Matrix<double, 9, 9>;
-  const Eigen::Map<const Eigen::Matrix<double, 18, 36>> jacobian(linear.jacobian.data());
-  for (const MotionResidual::Part& part : {MotionResidual::kAngular, MotionResidual::kLinear}) {
-    const Eigen::Matrix<double, 9, 1> residual = linear.residual.segment<9>(part.first_row);
-    std::array<Matrix9, 2> j;
-    for (int i = 0; i < 3; ++i) {
-      const int column = part.columns[static_cast<size_t>(i)];
-      j[0].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, column);
-      j[1].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, kSize + column);
-    }
-    for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
-      const auto& j_a = j[static_cast<size_t>(a)];
-      const Matrix9 product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
-      auto& block = system->hessian.At(state + a, state + b);
-      for (size_t c = 0; c < 9; ++c) {
-        block.block<3, 3>(part.columns[c / 3], part.columns[c % 3]) += product.block<3, 3>(
-            3 * static_cast<Eigen::Index>(c / 3), 3 * static_cast<Eigen::Index>(c % 3));
-      }
-    }
-    for (int s = 0; s < 2; ++s) {
-      const Eigen::Matrix<double, 9, 1> g =
-          j[static_cast<size_t>(s)].transpose().lazyProduct(residual);
-      for (int i = 0; i < 3; ++i) {
-        const int row = kSize * (state + s) + part.columns[static_cast<size_t>(i)];
-        system->gradient.segment<3>(row) += g.segment<3>(3 * i);
-      }
-    }
-  }
-}
-
 void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
   if (factor.kind == FactorKind::kTag) return AddTag(factor.blocks[0].index, linear, system);
-  if (factor.kind == FactorKind::kMotion) return AddMotion(factor.blocks[0].index, linear, system);
+  if (factor.kind == FactorKind::kMotion) {
+    return AddMotion(factor.blocks[0].index, linear.residual, linear.jacobian, system);
+  }
   int column_a = 0;
   for (const BlockRef& a : factor.blocks) {
     const int size_a = TangentSize(a.kind);
@@ -232,6 +202,38 @@ double RobustCost(const Factor& factor, const LinearFactor& linear) {
   const double weighted = linear.residual.squaredNorm();  // weight * norm^2
   if (linear.weight >= 1) return 0.5 * weighted;
   return weighted - 0.5 * factor.huber_delta * factor.huber_delta;  // delta norm - delta^2 / 2
+}
+
+void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,
+               const Eigen::Matrix<double, 18, 36>& jacobian, LinearSystem* system) {
+  // Zeros are left out.
+  using Matrix9 = Eigen::Matrix<double, 9, 9>;
+  for (const MotionResidual::Part& part : {MotionResidual::kAngular, MotionResidual::kLinear}) {
+    const Eigen::Matrix<double, 9, 1> residual = whole_residual.segment<9>(part.first_row);
+    std::array<Matrix9, 2> j;
+    for (int i = 0; i < 3; ++i) {
+      const int column = part.columns[static_cast<size_t>(i)];
+      j[0].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, column);
+      j[1].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, kSize + column);
+    }
+    for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
+      const auto& j_a = j[static_cast<size_t>(a)];
+      const Matrix9 product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
+      auto& block = system->hessian.At(state + a, state + b);
+      for (size_t c = 0; c < 9; ++c) {
+        block.block<3, 3>(part.columns[c / 3], part.columns[c % 3]) += product.block<3, 3>(
+            3 * static_cast<Eigen::Index>(c / 3), 3 * static_cast<Eigen::Index>(c % 3));
+      }
+    }
+    for (int s = 0; s < 2; ++s) {
+      const Eigen::Matrix<double, 9, 1> g =
+          j[static_cast<size_t>(s)].transpose().lazyProduct(residual);
+      for (int i = 0; i < 3; ++i) {
+        const int row = kSize * (state + s) + part.columns[static_cast<size_t>(i)];
+        system->gradient.segment<3>(row) += g.segment<3>(3 * i);
+      }
+    }
+  }
 }
 
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {

@@ -34,6 +34,10 @@ struct LinearSystem {
   bool is_whole = true;  // no factor had to be left out because it cannot be evaluated here
 };
 
+/// Adds a motion prior between this state and the next, linearised as MotionResidual does.
+void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& residual,
+               const Eigen::Matrix<double, 18, 36>& jacobian, LinearSystem* system);
+
 /// Normal equations of those factors whose entry in `use` is true (all when empty).
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use = {});
 

@@ -50,8 +50,7 @@ std::vector<bool> MeasuredStates(const Graph& graph) {
   return out;
 }
 
-// Scale of the tags' chi-square that most of them show, robust: 1 where the noise model is right.
-double TypicalTagScale(const Graph& graph) {
+std::vector<double> SquaredNormsOfTags(const Graph& graph) {
   std::vector<double> norms;
   Eigen::Matrix<double, 8, 1> residual;
   for (const Factor& factor : graph.factors) {
@@ -60,7 +59,7 @@ double TypicalTagScale(const Graph& graph) {
     const double* pose = graph.Parameters(factor.blocks.front());
     if (cost.Linearize(pose, &residual, nullptr)) norms.push_back(residual.squaredNorm());
   }
-  return norms.empty() ? 1.0 : Median(&norms) / kMedianChi2Of8;
+  return norms;
 }
 
 // tr(J P J') of the first `rows` rows of a part of a motion factor between states k and k + 1.
@@ -95,31 +94,6 @@ VarianceStatistic PartStatistic(const LinearFactor& linear, const BlockBandedMat
   const int rows = prior.on == WhiteNoiseOn::kJerk ? 9 : 6;
   return {linear.residual.segment(part.first_row, rows).squaredNorm() * prior.psd,
           rows - MotionLeverage(linear, covariance, k, part, rows)};
-}
-
-void AddMotion(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
-               const NoiseModel& noise, NoiseStatistics* out) {
-  out->angular += PartStatistic(linear, covariance, k, noise.angular, MotionResidual::kAngular);
-  out->linear += PartStatistic(linear, covariance, k, noise.linear, MotionResidual::kLinear);
-}
-
-// The tag's covariance is C + s^2 I, C its own. The score of the likelihood by s^2 is zero where
-// s^2 = s^2 (e' R^-2 e) / tr(R^-1 - R^-1 J P J' R^-1), R = C + s^2 I: with C = 0 MacKay's fixed
-// point, and with s^2 far below C a statistic of next to no degrees of freedom.
-void AddTag(const Factor& factor, const LinearFactor& linear, const BlockBandedMatrix& covariance,
-            double s2, double typical_scale, NoiseStatistics* out) {
-  const double norm = SquaredNorm(linear);
-  if (norm > kInlierChi2Of8 * typical_scale) return;
-  const auto& cost = static_cast<const TagReprojectionResidual&>(*factor.cost);
-  const Eigen::Matrix<double, 8, 8> scaled = std::sqrt(s2) * cost.whitener().transpose();
-  const Eigen::Map<const Eigen::Matrix<double, 8, 6>> whitened(linear.jacobian.data());
-  const Eigen::Map<const Eigen::Matrix<double, 8, 1>> residual(linear.residual.data());
-  const int k = factor.blocks.front().index;
-  const Eigen::Matrix<double, 6, 6> pose = covariance.At(k, k).topLeftCorner<6, 6>();
-  const Eigen::Matrix<double, 8, 6> jacobian = scaled.lazyProduct(whitened);
-  const double leverage = jacobian.lazyProduct(pose).cwiseProduct(jacobian).sum() / linear.weight;
-  out->corner += {s2 * scaled.lazyProduct(residual).squaredNorm() / linear.weight,
-                  std::max(0.0, scaled.squaredNorm() - leverage)};
 }
 
 // The least density: below it the prior's information from one state to the next would drown the
@@ -189,10 +163,37 @@ NoiseStatistics NoiseStatistics::operator*(double factor) const {
           angular * factor, motion_s * factor, motions * factor};
 }
 
+double TypicalTagScale(std::vector<double> squared_norms) {
+  return squared_norms.empty() ? 1.0 : Median(&squared_norms) / kMedianChi2Of8;
+}
+
+double MostOfInlierTag(double typical_scale) { return kInlierChi2Of8 * typical_scale; }
+
+// The tag's covariance is C + s^2 I, C its own. The score of the likelihood by s^2 is zero where
+// s^2 = s^2 (e' R^-2 e) / tr(R^-1 - R^-1 J P J' R^-1), R = C + s^2 I: with C = 0 MacKay's fixed
+// point, and with s^2 far below C a statistic of next to no degrees of freedom.
+VarianceStatistic TagStatistic(const Eigen::Matrix<double, 8, 8>& whitener,
+                               const Eigen::Matrix<double, 8, 1>& residual,
+                               const Eigen::Matrix<double, 8, 6>& jacobian,
+                               const Eigen::Matrix<double, 6, 6>& pose_covariance, double s2) {
+  const Eigen::Matrix<double, 8, 8> scaled = std::sqrt(s2) * whitener.transpose();
+  const Eigen::Matrix<double, 8, 6> scaled_jacobian = scaled.lazyProduct(jacobian);
+  const double leverage =
+      scaled_jacobian.lazyProduct(pose_covariance).cwiseProduct(scaled_jacobian).sum();
+  return {s2 * scaled.lazyProduct(residual).squaredNorm(),
+          std::max(0.0, scaled.squaredNorm() - leverage)};
+}
+
+void AddMotionStatistic(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
+                        const NoiseModel& noise, NoiseStatistics* out) {
+  out->angular += PartStatistic(linear, covariance, k, noise.angular, MotionResidual::kAngular);
+  out->linear += PartStatistic(linear, covariance, k, noise.linear, MotionResidual::kLinear);
+}
+
 NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatrix& covariance,
                                        const NoiseModel& noise, const StateRange& range) {
   NoiseStatistics out;
-  const double typical_scale = TypicalTagScale(graph);
+  const double typical_scale = TypicalTagScale(SquaredNormsOfTags(graph));
   const std::vector<bool> measured = MeasuredStates(graph);
   LinearFactor linear;
   std::vector<int> views(graph.points.size(), 0);
@@ -204,13 +205,17 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
       // Far from any measurement the prior says nothing of itself, and 9 - tr(J P J') is the
       // difference of equals.
       if (!measured[static_cast<size_t>(k)] && !measured[static_cast<size_t>(k + 1)]) continue;
-      AddMotion(linear, covariance, k, noise, &out);
+      AddMotionStatistic(linear, covariance, k, noise, &out);
       out.motion_s += ToSeconds(graph.states[static_cast<size_t>(k + 1)].t_ns -
                                 graph.states[static_cast<size_t>(k)].t_ns);
       ++out.motions;
     } else if (factor.kind == FactorKind::kTag) {
-      AddTag(factor, linear, covariance, noise.corner_sigma_px * noise.corner_sigma_px,
-             typical_scale, &out);
+      if (SquaredNorm(linear) > MostOfInlierTag(typical_scale)) continue;
+      const double plain = 1 / std::sqrt(linear.weight);
+      out.corner += TagStatistic(
+          static_cast<const TagReprojectionResidual&>(*factor.cost).whitener(),
+          plain * linear.residual, plain * linear.jacobian,
+          covariance.At(k, k).topLeftCorner<6, 6>(), noise.corner_sigma_px * noise.corner_sigma_px);
     } else if (factor.kind == FactorKind::kTrack && SquaredNorm(linear) < kInlierChi2Of2) {
       const auto point = static_cast<size_t>(factor.blocks.back().index);
       ++views[point];

@@ -6,6 +6,7 @@
 #include "estimator/estimate.h"
 #include "estimator/estimator_options.h"
 #include "estimator/graph.h"
+#include "estimator/linear_system.h"
 
 namespace tagtwist {
 
@@ -37,6 +38,21 @@ struct StateRange {
 /// inverse of its normal equations. Tags far off for the spread that most tags show are left out.
 NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatrix& covariance,
                                        const NoiseModel& noise, const StateRange& range);
+
+/// The parts that it is made of. Scale of the tags' chi-square that most of them show, robust: 1
+/// where the noise model is right. Squared norms of their whitened residuals.
+double TypicalTagScale(std::vector<double> squared_norms);
+/// The squared norm above which a tag is far off, at that scale.
+double MostOfInlierTag(double typical_scale);
+/// Of one tag: its whitener, whitened residual and Jacobian in the pose without a robust weight;
+/// the pose's covariance; s2 the variance that is learned [px^2].
+VarianceStatistic TagStatistic(const Eigen::Matrix<double, 8, 8>& whitener,
+                               const Eigen::Matrix<double, 8, 1>& residual,
+                               const Eigen::Matrix<double, 8, 6>& jacobian,
+                               const Eigen::Matrix<double, 6, 6>& pose_covariance, double s2);
+/// Of the motion from state k on, linearised.
+void AddMotionStatistic(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
+                        const NoiseModel& noise, NoiseStatistics* out);
 
 /// Whether the options leave open what of the motion is white noise.
 bool MotionPriorIsOpen(const EstimatorOptions& options);
