@@ -10,9 +10,10 @@
 #include "frontend/option_check.h"
 
 DEFINE_string(dataset, "",
-              "Recording: a video, a course .mat, an EuRoC/ASL folder, a plain folder "
+              "Recording: a video, a ROS 1 bag, a course .mat, an EuRoC/ASL folder, a plain folder "
               "(timestamps.csv and images), or a folder of images with stamps for names; or "
               "camera:0, camera:/dev/video0, camera:URL (window). Needed.");
+DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any where left out.");
 DEFINE_string(ground_truth, "",
               "Poses to compare with: CSV, TUM, EuRoC or a course .mat. The recording's own where "
               "it has any.");
@@ -149,18 +150,18 @@ Usage EstimateUsage() {
       "its covariance, and compares the closed form with the optimised trajectory. Writes\n"
       "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
       "browser).";
-  usage.groups = {
-      {"What to read",
-       {"dataset", "ground_truth", "use_detections", "realtime", "max_frames", "duration"}},
-      ConfigFlags(),
-      {"What to write", {"output", "write_covariance", "overlay", "stream"}},
-      {"How to estimate",
-       {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
-        "deadline_ms", "detection", "tracks", "clock"}},
-      {"Noise (learned from the data unless given)",
-       {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
-        "jerk_psd", "angular_jerk_psd"}},
-      {"Running", {"threads"}}};
+  usage.groups = {{"What to read",
+                   {"dataset", "topic", "ground_truth", "use_detections", "realtime", "max_frames",
+                    "duration"}},
+                  ConfigFlags(),
+                  {"What to write", {"output", "write_covariance", "overlay", "stream"}},
+                  {"How to estimate",
+                   {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window",
+                    "window_frames", "deadline_ms", "detection", "tracks", "clock"}},
+                  {"Noise (learned from the data unless given)",
+                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd",
+                    "angular_accel_psd", "jerk_psd", "angular_jerk_psd"}},
+                  {"Running", {"threads"}}};
   usage.examples = {
       {"A video of tags on a board, the camera calibrated by Kalibr",
        "tagtwist_estimate --dataset flight.mp4 --camera_file camchain.yaml --map april_6x6.yaml"},
@@ -187,6 +188,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   if (!config) return config.error();
   job.config = *config;
   job.output = FLAGS_output;
+  job.topic = FLAGS_topic;
   job.ground_truth = FLAGS_ground_truth;
   job.overlay = FLAGS_overlay;
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;

@@ -9,7 +9,7 @@ namespace tagtwist {
 
 /// What the command line of tagtwist_estimate asks for.
 struct EstimateJob {
-  std::string dataset, output, ground_truth;
+  std::string dataset, topic, output, ground_truth;
   std::string overlay;  // --overlay; empty: none
   ConfigFiles config;
   bool read_images = true;

@@ -9,6 +9,7 @@ namespace tagtwist {
 /// A recording to make a map from.
 struct MapJob {
   std::string recording;
+  std::string topic;  // DataSourceOptions
   bool use_detections = false;
   int threads = 1;
   MappingOptions mapping;

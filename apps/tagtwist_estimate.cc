@@ -32,10 +32,12 @@ double PeakRssMib() {
 }
 
 DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
+  DataSourceOptions options{job.run.use_detections, job.read_images, {}, {}};
   if (!job.map_unknown_tags) {
-    return RecordingOptions(config, job.run.use_detections, job.read_images);
+    options = RecordingOptions(config, job.run.use_detections, job.read_images);
   }
-  return {job.run.use_detections, job.read_images, {}};
+  options.topic = job.topic;
+  return options;
 }
 
 // Where figures are told: rows have standard output to themselves.
@@ -55,7 +57,7 @@ Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
 
 // Tags that the map lacks, told on standard output.
 Result<Mapping> MapFirst(const EstimateJob& job, const Config& config) {
-  MapJob mapping_job{job.dataset, job.run.use_detections, job.run.threads, {}};
+  MapJob mapping_job{job.dataset, job.topic, job.run.use_detections, job.run.threads, {}};
   mapping_job.mapping.tag_size_m = job.unknown_tag_size_m;
   auto mapping = MapUnknownTags(mapping_job, config);
   if (!mapping) return mapping;

@@ -22,6 +22,7 @@ DEFINE_string(from, "",
 DEFINE_string(config, "", "Camera and detector for --from; configs/course.yaml's without it.");
 DEFINE_string(output, "", "Map to write (YAML); for --from.");
 DEFINE_int32(root_tag, -1, "The tag whose frame is the world; -1: the one seen most often.");
+DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any where left out.");
 DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
 DEFINE_string(render, "", "SVG to write, in true size: print it at 100 %, or look at it.");
@@ -39,7 +40,7 @@ Usage MapUsage() {
       "Checks a map of AprilTags (ids given twice or not in the family, tags that overlap or have\n"
       "no size) and draws it. Makes one from a recording and the tags' size.";
   usage.groups = {{"The map", {"check", "map", "tag_size_m", "tag_family"}},
-                  {"Making one", {"from", "config", "root_tag", "use_detections"}},
+                  {"Making one", {"from", "config", "root_tag", "topic", "use_detections"}},
                   {"What to write", {"render", "output"}}};
   usage.examples = {
       {"A map to print, in true size", "tagtwist_map --map mat.yaml --render mat.svg"},
@@ -74,6 +75,7 @@ Status MakeMap() {
   if (!config) return config.error();
   MapJob job;
   job.recording = FLAGS_from;
+  job.topic = FLAGS_topic;
   job.use_detections = FLAGS_use_detections;
   job.threads = ResolveThreads(0);
   job.mapping.tag_size_m = FLAGS_tag_size_m;

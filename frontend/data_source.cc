@@ -1,6 +1,9 @@
 #include "frontend/data_source.h"
 
+#include <array>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "frontend/data_source_kinds.h"
 #include "frontend/mat_file.h"
@@ -11,6 +14,14 @@ namespace {
 bool Exists(const std::filesystem::path& path) {
   std::error_code unknown;
   return std::filesystem::exists(path, unknown);
+}
+
+bool IsBagFile(const std::string& path) {
+  constexpr std::string_view kMagic = "#ROSBAG";
+  std::array<char, kMagic.size()> first{};
+  std::ifstream in(path, std::ios::binary);
+  in.read(first.data(), static_cast<std::streamsize>(first.size()));
+  return in && std::string_view(first.data(), first.size()) == kMagic;
 }
 
 }  // namespace
@@ -32,6 +43,7 @@ Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
   if (!Exists(root)) return Error{path + ": no such file or folder"};
   if (!std::filesystem::is_directory(root, unknown)) {
     if (IsMatFile(path)) return OpenMatSource(path, options);
+    if (IsBagFile(path)) return OpenBagSource(path, options);
     if (std::filesystem::is_regular_file(root, unknown) &&
         std::filesystem::file_size(root, unknown) == 0) {
       return Error{path + ": empty file"};

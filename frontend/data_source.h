@@ -32,6 +32,8 @@ struct DataSourceOptions {
   /// Ids of the map: another one in a detections.csv is an error, told with its line. Empty: any is
   /// taken.
   std::vector<int> known_tag_ids;
+  /// Of the images in a ROS bag; empty: the only one that has any.
+  std::string topic = {};
 };
 
 /// A recording, streamed: frames come one at a time in order of time, images are read when asked
@@ -47,10 +49,10 @@ class DataSource {
   virtual const std::vector<ImuSample>& imu() const;             // empty when there is none
 };
 
-/// Opens a course .mat, a video, an EuRoC/ASL folder (mav0/cam0/data.csv, or cam0/data.csv, below
-/// it), a plain folder (timestamps.csv) or one of images with stamps for names, told apart by what
-/// is there. Errors name the file, the line where
-/// there is one, and the fault.
+/// Opens a course .mat, a ROS 1 bag (where the build has rosbag_storage), a video, an EuRoC/ASL
+/// folder (mav0/cam0/data.csv, or cam0/data.csv, below it), a plain folder (timestamps.csv) or one
+/// of images with stamps for names, told apart by what is there. Errors name the file, the line
+/// where there is one, and the fault.
 Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
                                                    const DataSourceOptions& options);
 

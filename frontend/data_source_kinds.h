@@ -21,6 +21,11 @@ Result<std::unique_ptr<DataSource>> OpenMatSource(const std::string& path,
 /// Anything that OpenCV's FFmpeg reads. Stamps: presentation times, or the frame rate's.
 Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
                                                     const DataSourceOptions& options);
+/// A ROS 1 bag: sensor_msgs Image or CompressedImage on a topic; Imu, and as ground truth
+/// PoseStamped, TransformStamped or Odometry, where one topic alone has them. An error in a build
+/// without rosbag_storage.
+Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
+                                                  const DataSourceOptions& options);
 /// A folder of images with their stamps for names: 1403636579763555584.png, cam_12.345678.jpg.
 bool HasNamedImages(const std::string& folder);
 Result<std::unique_ptr<DataSource>> OpenNamedImagesSource(const std::string& folder,
