@@ -62,10 +62,10 @@ std::string CertaintyText(const Estimate& e) {
   constexpr double kDegrees = 57.29577951308232;
   return "By its own account (one standard deviation, 3-D; the median frame, and what 95 % stay "
          "below) it knows position to " +
-         KnownTo(e.frames, 3, 1e3, "%.2f (%.2f) mm") + ", attitude to " +
-         KnownTo(e.frames, 0, kDegrees, "%.3f (%.3f) deg") + ", velocity to " +
-         KnownTo(e.frames, 6, 1, "%.4f (%.4f) m/s") + " and rates to " +
-         KnownTo(e.frames, 9, 1, "%.4f (%.4f) rad/s") + ".";
+         KnownTo(e.frames, 3, 1e3, "%.2g (%.2g) mm") + ", attitude to " +
+         KnownTo(e.frames, 0, kDegrees, "%.2g (%.2g) deg") + ", velocity to " +
+         KnownTo(e.frames, 6, 1, "%.2g (%.2g) m/s") + " and rates to " +
+         KnownTo(e.frames, 9, 1, "%.2g (%.2g) rad/s") + ".";
 }
 
 std::vector<Finding> Findings(const Estimate& estimate, const TagMap& map,

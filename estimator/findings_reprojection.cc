@@ -97,7 +97,8 @@ bool GrowsOutwards(const ReprojectionErrorsByPlace& errors, std::pair<double, do
          ScoreOfDifference(outer->squares, inner->squares) > SignificantScore(1);
 }
 
-void AddLens(const ReprojectionErrorsByPlace& errors, const Systematic& by_place,
+// True when the lens is accused.
+bool AddLens(const ReprojectionErrorsByPlace& errors, const Systematic& by_place,
              const Systematic& by_tag, std::vector<Finding>* out) {
   constexpr double kShare = 0.15;
   std::pair<double, double> rms_px;
@@ -109,32 +110,32 @@ void AddLens(const ReprojectionErrorsByPlace& errors, const Systematic& by_place
                   rms_px.second);
   }
   if (!is_systematic) {
-    if (!grows) return;
+    if (!grows) return false;
     out->push_back({text + ", but not in one direction: chance there, not the lens.",
                     "Blur, darkness or steep views at the border would do that."});
-    return;
+    return false;
   }
-  text += grows ? ": there" : "Corners";
+  text += grows ? ": corners there" : "Corners";
   text += Format(
-              " they are off in the same direction again and again, by %.3f px RMS (%.0f %% of "
-              "the mean square), most ",
+              " are off in the same direction again and again, by %.3f px RMS (%.0f %% of the "
+              "mean square), most ",
               by_place.rms_px, 100 * by_place.share) +
           PlaceText(by_place.worst) + " of the image";
-  if (!grows) text.replace(text.find("Corners they are"), 16, "Corners are");
   if (by_tag.share > by_place.share) {
     text += Format("; that %.0f %% go with the tag speaks for the map rather than the lens",
                    100 * by_tag.share);
     out->push_back({text + ".", "--calibrate refines both; move over more of the map."});
-    return;
+    return false;
   }
   out->push_back({text + ": the lens calibration is off.",
                   "Calibrate the camera anew, or let --calibrate refine the lens from this "
                   "recording; a camera file of other images, or images rectified already, would "
                   "look the same."});
+  return true;
 }
 
 void AddTags(const ReprojectionErrorsByPlace& errors, const std::vector<OffTag>& off,
-             std::vector<Finding>* out) {
+             bool lens_is_off, std::vector<Finding>* out) {
   if (off.empty()) return;
   constexpr size_t kNamed = 5;
   std::string text = off.size() == 1 ? "Tag "
@@ -151,8 +152,9 @@ void AddTags(const ReprojectionErrorsByPlace& errors, const std::vector<OffTag>&
   if (off.size() == 1) text += " from where the map has it";
   if (off.size() > kNamed) text += Format(" and %zu more", off.size() - kNamed);
   out->push_back({text + ". The estimate gives way to it, so it may be more.",
-                  "Measure them again, pass over them (--movable_tags), or let --calibrate move "
-                  "them."});
+                  lens_is_off ? "The lens can do that: mend it first."
+                              : "Measure them again, pass over them (--movable_tags), or let "
+                                "--calibrate move them."});
 }
 
 void AddNoise(const NoiseModel& noise, const ReprojectionErrorsByPlace& errors,
@@ -189,8 +191,8 @@ std::vector<Finding> ReprojectionFindings(const Estimate& estimate) {
   if (!(errors.squares.weight() > 0 && errors.squares.ratio() > 0)) return out;
   std::vector<OffTag> off;
   const Systematic by_tag = ByTag(errors, &off);
-  AddLens(errors, ByPlace(errors), by_tag, &out);
-  AddTags(errors, off, &out);
+  const bool lens_is_off = AddLens(errors, ByPlace(errors), by_tag, &out);
+  AddTags(errors, off, lens_is_off, &out);
   AddNoise(estimate.noise, errors, &out);
   return out;
 }
