@@ -26,7 +26,7 @@ test: setup
 	@cmake --build --preset debug --parallel $(JOBS)
 	@ctest --preset debug --parallel $(JOBS)
 
-# Programs, libraries, headers and the Python module; `make install PREFIX=DIR` elsewhere than in /usr/local.
+# Programs, libraries, headers, and the Python module where it is built; `make install PREFIX=DIR` elsewhere than in /usr/local.
 install: build
 	@cmake --build --preset release --target python --parallel $(JOBS)
 	@cmake --install build/release --prefix "$(PREFIX)"

@@ -15,7 +15,8 @@ namespace tagtwist {
 
 /// Images in, states out, one frame after another: tags found where the window predicts them,
 /// tracks, closed form, and the sliding window. The states are those of `tagtwist_estimate
-/// --sliding_window` over the same frames. For a program of one's own; threads, deadlines and stage
+/// --sliding_window` over the same frames, but that a rolling shutter (Config::line_time_s) is not
+/// undone. For a program of one's own; threads, deadlines and stage
 /// times are put together from the parts, as apps/run_estimate.cc does.
 class OnlineEstimator {
  public:
