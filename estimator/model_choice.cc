@@ -11,7 +11,7 @@ namespace tagtwist {
 namespace {
 
 // In the logarithm of a likelihood: beyond doubt.
-constexpr double kClearly = 10, kClearlyInFewFrames = 30;
+constexpr double kClearly = 10;
 
 // Stretches of a recording to learn from, and how well the noise must settle on them. The first
 // tells the orders of magnitude, the last is enough to tell models apart, and a fraction of a long
@@ -120,10 +120,6 @@ NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame
     jerk = Learn(setup, jerk_noise, sample.learn, &of_sample);
     // The frames lie where those states say; what is new is the noise of their motion.
     acceleration = Learn(setup, acceleration_noise, sample.learn, &of_sample);
-    if (IsLikelier(jerk, acceleration, kClearlyInFewFrames) ||
-        IsLikelier(acceleration, jerk, kClearlyInFewFrames)) {
-      break;
-    }
     jerk_noise = jerk.noise;
     acceleration_noise = acceleration.noise;
   }

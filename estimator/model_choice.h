@@ -20,8 +20,8 @@ std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
 void TakeAtTimes(const std::vector<int64_t>& t_ns, std::vector<GraphFrame>* frames);
 
 /// The noise to begin with, learned from a few frames. Where the options leave open what of the
-/// motion is white noise: that under which the tags of 144 frames spread over the recording are far
-/// likelier, or else those of 300, with the noise learned on those. `frames`: seeds of the whole
+/// motion is white noise: that under which the tags of 300 frames spread over the recording are
+/// likelier, with the noise learned on those. `frames`: seeds of the whole
 /// recording; `start`: noise that learning may start from, as the options say it or else under
 /// white jerk; InitialNoise where there is none.
 NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
