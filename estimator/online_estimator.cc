@@ -7,6 +7,15 @@
 #include "frontend/image_size.h"
 
 namespace tagtwist {
+namespace {
+
+EstimatorSetup SetupOf(const Config& config) {
+  EstimatorOptions options = config.estimator;
+  if (config.line_time_s != 0) options.use_tracks = false;  // nothing tells where their rows were
+  return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
+}
+
+}  // namespace
 
 Result<OnlineEstimator> OnlineEstimator::Create(const Config& config) {
   const TagDetectorOptions& options = config.front_end.detector;
@@ -26,8 +35,9 @@ OnlineEstimator::OnlineEstimator(const Config& config, std::optional<TagFollower
       follower_(std::move(follower)),
       detector_(std::move(detector)),
       front_end_(config.camera, config.cam_from_body, config.map, config.front_end),
-      window_(
-          MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator)) {}
+      window_(SetupOf(config)) {
+  if (config.line_time_s != 0) undo_.emplace(SetupOf(config), config.line_time_s);
+}
 
 Status OnlineEstimator::Check(int64_t t_ns, const cv::Mat& gray) const {
   if (last_ns_ && t_ns <= *last_ns_) {
@@ -54,7 +64,13 @@ Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<Ta
 Result<WindowOutput> OnlineEstimator::Add(int64_t t_ns, const std::vector<TagDetection>& tags,
                                           const cv::Mat& gray) {
   last_ns_ = t_ns;
-  return window_.Add(front_end_.Process(t_ns, tags, gray));
+  FrameMeasurements measurements = front_end_.Process(t_ns, tags, gray);
+  if (undo_) {
+    auto undone = undo_->AsOfStamp(std::move(measurements));
+    if (!undone) return undone.error();
+    measurements = std::move(*undone);
+  }
+  return window_.Add(measurements);
 }
 
 }  // namespace tagtwist

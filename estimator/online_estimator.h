@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "estimator/config.h"
+#include "estimator/rolling_shutter.h"
 #include "estimator/sliding_window.h"
 #include "frontend/front_end.h"
 #include "frontend/tag_follower.h"
@@ -15,8 +16,7 @@ namespace tagtwist {
 
 /// Images in, states out, one frame after another: tags found where the window predicts them,
 /// tracks, closed form, and the sliding window. The states are those of `tagtwist_estimate
-/// --sliding_window` over the same frames, but that a rolling shutter (Config::line_time_s) is not
-/// undone. For a program of one's own; threads, deadlines and stage
+/// --sliding_window` over the same frames. For a program of one's own; threads, deadlines and stage
 /// times are put together from the parts, as apps/run_estimate.cc does.
 class OnlineEstimator {
  public:
@@ -48,6 +48,7 @@ class OnlineEstimator {
   std::optional<TagFollower> follower_;  // guided,
   std::optional<TagDetector> detector_;  // or not
   FrontEnd front_end_;
+  std::optional<RollingShutterUndo> undo_;  // where the camera has one
   SlidingWindow window_;
   std::optional<int64_t> last_ns_;
 };

@@ -1,5 +1,6 @@
 """The module against the programs, on the same flight: the same numbers; and what it refuses."""
 import pathlib
+import re
 import threading
 import unittest
 
@@ -155,6 +156,17 @@ class EstimateLikeTheProgram(FlightTest):
         path = f"{flight.folder}/plain.yaml"
         pathlib.Path(path).write_text("detector: {refine_pattern: false}\n", encoding="utf-8")
         folder = flight.estimate("window", "--sliding_window", "--config", path)
+        self.assert_step_by_step(tagtwist.Recording(flight.path), folder)
+
+    def test_window_step_by_step_of_a_rolling_shutter(self):
+        path = f"{flight.folder}/rolling.yaml"
+        with open(f"{SOURCE}/configs/course.yaml", encoding="utf-8") as course:
+            text = course.read()
+        changed = re.sub(r"(?m)^(\s*)line_time_s: 0\b.*$", r"\1line_time_s: 2e-5", text)
+        self.assertNotEqual(changed, text)
+        pathlib.Path(path).write_text(changed, encoding="utf-8")
+        folder = flight.estimate("window", "--sliding_window", "--config", path)
+        self.config = tagtwist.load_config(path)
         self.assert_step_by_step(tagtwist.Recording(flight.path), folder)
 
 
