@@ -38,7 +38,7 @@ std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<G
                                 const std::vector<TrackSegment>& segments) {
   std::vector<bool> sees(frames.size());
   for (size_t i = 0; i < frames.size(); ++i) sees[i] = !frames[i].tags.empty();
-  if (setup.options.use_tracks && setup.world_from_plane) {
+  if (setup.options.use_tracks) {
     for (const TrackSegment& segment : segments) {
       for (int i = segment.first_frame; i <= segment.last_frame(); ++i) {
         sees[static_cast<size_t>(i)] = true;

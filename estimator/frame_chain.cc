@@ -30,7 +30,7 @@ bool HasOwnCovariances(const EstimatorSetup& setup, const GraphInput& input) {
 
 bool FrameChain::Fits(const EstimatorSetup& setup, const GraphInput& input) {
   if (input.prior) return false;
-  return input.segments.empty() || !setup.options.use_tracks || !setup.world_from_plane;
+  return input.segments.empty() || !setup.options.use_tracks;
 }
 
 FrameChain::FrameChain(const EstimatorSetup& setup, const GraphInput& input)

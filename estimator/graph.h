@@ -52,7 +52,7 @@ struct Factor {
 /// A factor graph over consecutive states: plain values, no solver state inside.
 struct Graph {
   std::vector<GraphState> states;
-  std::vector<Eigen::Vector2d> points;  // on the map's plane [m]
+  std::vector<Eigen::Vector2d> points;  // x, y on a plane of the map [m]
   std::vector<Factor> factors;
 
   /// First parameter of a block.

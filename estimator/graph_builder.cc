@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "frontend/tag_planes.h"
 #include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
 #include "residuals/tag_reprojection_residual.h"
@@ -74,14 +73,27 @@ void AddMotion(const NoiseModel& noise, Graph* graph) {
   }
 }
 
-// A segment's point as its views say it from the states' poses: the median of each coordinate.
-// Beyond the map nothing is known of the floor.
+// The plane of the map that a pixel shows; the only one is not asked.
+const TrackPlane* PlaneSeenAt(const EstimatorSetup& setup, const Pose& world_from_body,
+                              const Eigen::Vector2d& pixel) {
+  if (setup.planes.size() == 1) return &setup.planes.front();
+  const auto ray = setup.camera.Unproject(pixel);
+  if (!ray) return nullptr;
+  const Pose world_from_cam = world_from_body * Inverse(setup.cam_from_body);
+  const auto plane = PlaneOfRay(setup.planes, world_from_cam.translation(),
+                                world_from_cam.rotation() * ray->homogeneous());
+  return plane ? &setup.planes[*plane] : nullptr;
+}
+
+// A segment's point on the plane that its first view shows, as its views say it from the states'
+// poses: the median of each coordinate. Beyond the plane's tags nothing is known of the surface.
 std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const Graph& graph,
-                                              int first_state, const TrackSegment& segment) {
+                                              int first_state, const TrackSegment& segment,
+                                              const TrackPlane& plane) {
   std::vector<double> x, y;
   for (size_t k = 0; k < segment.pixels.size(); ++k) {
     const Pose& pose = graph.states[static_cast<size_t>(first_state) + k].pose;
-    const auto point = PointOnPlane(setup, pose, *setup.world_from_plane, segment.pixels[k]);
+    const auto point = PointOnPlane(setup, pose, plane.world_from_plane, segment.pixels[k]);
     if (!point) return std::nullopt;
     x.push_back(point->x());
     y.push_back(point->y());
@@ -90,14 +102,13 @@ std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const
   std::nth_element(x.begin(), x.begin() + middle, x.end());
   std::nth_element(y.begin(), y.begin() + middle, y.end());
   const Eigen::Vector2d point(x[x.size() / 2], y[y.size() / 2]);
-  if (!setup.map_on_plane.contains(point)) return std::nullopt;
+  if (!plane.region.contains(point)) return std::nullopt;
   return point;
 }
 
 void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& input,
                Graph* graph) {
-  const std::optional<Pose>& plane = setup.world_from_plane;
-  if (!plane || !setup.options.use_tracks) return;
+  if (!setup.options.use_tracks) return;
   const int end_frame = input.first_frame + static_cast<int>(input.frames.size());
   for (size_t s = 0; s < input.segments.size(); ++s) {
     const TrackSegment& segment = input.segments[s];
@@ -106,7 +117,10 @@ void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& i
       continue;
     }
     const int first = segment.first_frame - input.first_frame;
-    const auto point = PointOfSegment(setup, *graph, first, segment);
+    const TrackPlane* plane =
+        PlaneSeenAt(setup, graph->states[static_cast<size_t>(first)].pose, segment.pixels.front());
+    if (plane == nullptr) continue;
+    const auto point = PointOfSegment(setup, *graph, first, segment, *plane);
     if (!point) continue;
     const BlockRef point_ref{BlockRef::Kind::kPoint, static_cast<int>(graph->points.size())};
     graph->points.push_back(*point);
@@ -116,8 +130,8 @@ void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& i
       factor.blocks = {PoseOf(first + static_cast<int>(k)), point_ref};
       factor.huber_delta = HuberDelta(setup, 2);
       factor.source = static_cast<int>(s);
-      factor.cost = std::make_shared<TrackResidual>(segment.pixels[k], sigma_px, *plane,
-                                                    setup.camera, setup.cam_from_body);
+      factor.cost = std::make_shared<TrackResidual>(
+          segment.pixels[k], sigma_px, plane->world_from_plane, setup.camera, setup.cam_from_body);
       graph->factors.push_back(std::move(factor));
     }
   }
@@ -194,19 +208,7 @@ void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {
 
 EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
                                   const TagMap& map, const EstimatorOptions& options) {
-  const TagPlanes planes = FindTagPlanes(map.tags());
-  EstimatorSetup setup{camera, cam_from_body, map, options, std::nullopt, {}};
-  if (planes.world_from_plane.size() != 1) return setup;
-  setup.world_from_plane = planes.world_from_plane.front();
-  const Pose plane_from_world = Inverse(*setup.world_from_plane);
-  for (const Tag& tag : map.tags()) {
-    const Eigen::Vector2d side = Eigen::Vector2d::Constant(tag.size_m);
-    for (const Eigen::Vector3d& corner : TagCornersInWorld(tag)) {
-      const Eigen::Vector2d point = (plane_from_world * corner).head<2>();
-      setup.map_on_plane.extend(point - side).extend(Eigen::Vector2d(point + side));
-    }
-  }
-  return setup;
+  return {camera, cam_from_body, map, options, FindTrackPlanes(map)};
 }
 
 }  // namespace tagtwist

@@ -1,11 +1,11 @@
 #pragma once
-#include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
 #include "estimator/estimate.h"
 #include "estimator/estimator_options.h"
 #include "estimator/graph.h"
+#include "estimator/track_planes.h"
 #include "estimator/track_segments.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
@@ -19,13 +19,10 @@ struct EstimatorSetup {
   Pose cam_from_body;
   TagMap map;
   EstimatorOptions options;
-  /// The plane of all tags, z its normal, and where on it they lie: x, y [m], a tag's side added
-  /// all round. The floor is known to be there, so tracks within it lie on the plane.
-  std::optional<Pose> world_from_plane;
-  Eigen::AlignedBox2d map_on_plane;
+  std::vector<TrackPlane> planes;  // of the map
 };
 
-/// Finds the plane; without a common one the tracks stay out of the graph.
+/// Finds the map's planes.
 EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
                                   const TagMap& map, const EstimatorOptions& options);
 

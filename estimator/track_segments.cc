@@ -31,8 +31,8 @@ std::optional<std::string> TrackTally::Warning() const {
   constexpr size_t kLeast = 20, kOneIn = 10;
   if (contradicted < kLeast || kOneIn * contradicted < used) return std::nullopt;
   return Format(
-      "%zu of %zu pieces of tracked points did not lie still on the floor, and were left out: "
-      "something moves in view, or stands on the floor",
+      "%zu of %zu pieces of tracked points did not lie still on the tags' surface, and were left "
+      "out: something moves in view, or stands out of it",
       contradicted, used);
 }
 

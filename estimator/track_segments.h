@@ -10,7 +10,7 @@
 
 namespace tagtwist {
 
-/// A piece of a KLT track: one point of the plane seen in consecutive frames.
+/// A piece of a KLT track: one point of a plane of the map, seen in consecutive frames.
 struct TrackSegment {
   int64_t track_id = -1;
   int first_frame = 0;                  // counted from the recording's first frame

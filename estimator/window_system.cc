@@ -75,7 +75,7 @@ bool WindowSystem::Fits(const EstimatorSetup& setup, const GraphInput& input) {
       if (block.index != 0) return false;
     }
   }
-  if (!setup.options.use_tracks || !setup.world_from_plane) return true;
+  if (!setup.options.use_tracks) return true;
   return std::none_of(
       input.segments.begin(), input.segments.end(), [&](const TrackSegment& segment) {
         return segment.pixels.size() > 1 && segment.first_frame >= input.first_frame;

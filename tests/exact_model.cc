@@ -113,10 +113,15 @@ std::string PriorName(const testing::TestParamInfo<WhiteNoiseOn>& prior) {
 }
 
 ExactModelFlight DrawFlight(const ExactModelOptions& options) {
-  const EstimatorSetup setup = CourseSetup();
+  return DrawFlight(options, CourseSetup(), MakePose(ExpSo3({0, 0, 0}), {1.6, 1.3, 1.3}));
+}
+
+ExactModelFlight DrawFlight(const ExactModelOptions& options, const EstimatorSetup& setup,
+                            const Pose& world_from_body) {
   Draw draw(options.seed);
   FullState state;
-  state.body.world_from_body = MakePose(ExpSo3(0.1 * draw.Normal3()), {1.6, 1.3, 1.3});
+  state.body.world_from_body = MakePose(world_from_body.rotation() * ExpSo3(0.1 * draw.Normal3()),
+                                        world_from_body.translation());
   state.body.twist = {0.3 * draw.Normal3(), 0.2 * draw.Normal3()};
   ExactModelFlight flight;
   const double dt_s = 1 / options.rate_hz;

@@ -28,6 +28,9 @@ struct ExactModelFlight {
 };
 
 ExactModelFlight DrawFlight(const ExactModelOptions& options);
+/// Over another map, by another camera, about that pose. Nothing hides a tag.
+ExactModelFlight DrawFlight(const ExactModelOptions& options, const EstimatorSetup& setup,
+                            const Pose& world_from_body);
 
 /// The model under that prior, with densities to suit the mat.
 ExactModelOptions ModelUnder(WhiteNoiseOn prior, unsigned seed = 1);

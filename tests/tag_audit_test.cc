@@ -211,7 +211,7 @@ TEST(TrackAudit, TracksOnSomethingThatMovesAreTold) {
       if (n_moving == 0) {
         EXPECT_THAT(warnings, IsEmpty());
       } else {
-        EXPECT_THAT(warnings, Contains(HasSubstr("did not lie still on the floor")));
+        EXPECT_THAT(warnings, Contains(HasSubstr("did not lie still on the tags' surface")));
       }
     }
   }
