@@ -15,6 +15,7 @@
 
 DEFINE_int32(seeds, 40, "Flights, every one with noise and tags of its own.");
 DEFINE_int32(frames, 120, "Of a flight, at 10 Hz.");
+DEFINE_double(bend_mm, 1.06, "Standard deviation of the tags' bends, which is believed, too.");
 DEFINE_double(line_time_us, 0,
               "Of the rolling shutter that all flights have; believed to be 0 +- 50. 0: none.");
 DEFINE_int32(threads, 0, "Runs at once; 0: as many as the machine has. The figures do not change.");
@@ -30,10 +31,10 @@ struct PoseScore {
   size_t frames = 0;
 };
 
-// One flight: errors of everything but the tags over their sigmas, NEES of all.
+// One flight: errors of everything but the tags' poses over their sigmas, NEES of all.
 struct CalibrationScore {
   std::vector<std::string> names;
-  std::vector<double> sigmas_off;
+  std::vector<double> sigmas_off, bends_off;
   double nees = 0;
   int dof = 0;
   PoseScore calibrated, knowing;  // batch with the refined set-up, and with the exact one
@@ -60,6 +61,7 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
   options.frames = FLAGS_frames;
   options.rate_hz = 10;
   options.seed = seed;
+  options.tag_bend_sigma = 1e-3 * FLAGS_bend_mm / TagGrid().tag_size_m;
   options.line_time_s = 1e-6 * FLAGS_line_time_us;
   CalibrationFlight flight = DrawCalibrationFlight(options);
   if (options.line_time_s != 0) flight.config.calibration.line_time_sigma_s = kLineTimeSigmaS;
@@ -74,6 +76,12 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
     if (i >= LayoutOf(flight.truth).tag(0)) continue;
     out.names.push_back(result->parameters[static_cast<size_t>(i)].name);
     out.sigmas_off.push_back(std::abs(error(i)) / result->sigma(i));
+  }
+  const CalibrationLayout layout = LayoutOf(flight.truth);
+  for (int i = 0; i < layout.n_tags; ++i) {
+    const int bend = layout.bend(i);
+    if (!result->applied[static_cast<size_t>(bend)]) continue;
+    out.bends_off.push_back(std::abs(error(bend)) / result->sigma(bend));
   }
   const Eigen::VectorXd of_free = error(free);
   const Eigen::MatrixXd covariance = result->covariance(free, free);
@@ -94,18 +102,35 @@ void Add(const PoseScore& of_run, PoseScore* sum) {
   sum->frames += of_run.frames;
 }
 
-void Print(const std::vector<CalibrationScore>& scores) {
+void PrintRow(const std::string& name, const std::vector<double>& sigmas_off) {
+  double within = 0, squares = 0;
+  for (const double sigmas : sigmas_off) {
+    within += sigmas < kThreeSigma ? 1 : 0;
+    squares += sigmas * sigmas;
+  }
+  const auto n = static_cast<double>(sigmas_off.size());
+  std::printf("%-20s %7.1f%% %10.2f\n", name.c_str(), 100 * within / n, std::sqrt(squares / n));
+}
+
+void PrintRows(const std::vector<CalibrationScore>& scores) {
   std::printf("%-20s %8s %10s\n", "parameter", "< 3 sig", "rms sigmas");
   for (size_t k = 0; k < scores.front().names.size(); ++k) {
-    double within = 0, squares = 0;
-    for (const CalibrationScore& score : scores) {
-      within += score.sigmas_off[k] < kThreeSigma ? 1 : 0;
-      squares += score.sigmas_off[k] * score.sigmas_off[k];
-    }
-    const auto n = static_cast<double>(scores.size());
-    std::printf("%-20s %7.1f%% %10.2f\n", scores.front().names[k].c_str(), 100 * within / n,
-                std::sqrt(squares / n));
+    std::vector<double> sigmas_off;
+    for (const CalibrationScore& score : scores) sigmas_off.push_back(score.sigmas_off[k]);
+    PrintRow(scores.front().names[k], sigmas_off);
   }
+  std::vector<double> bends_off;
+  size_t applied = 0;
+  for (const CalibrationScore& score : scores) {
+    bends_off.insert(bends_off.end(), score.bends_off.begin(), score.bends_off.end());
+    applied += score.bends_off.empty() ? 0 : 1;
+  }
+  if (applied > 0) PrintRow("bends of the tags", bends_off);
+  std::printf("bends applied in %zu of %zu flights\n", applied, scores.size());
+}
+
+void Print(const std::vector<CalibrationScore>& scores) {
+  PrintRows(scores);
   double nees = 0, dof = 0;
   PoseScore calibrated, knowing;
   for (const CalibrationScore& score : scores) {
@@ -151,15 +176,17 @@ Status Measure(int threads) {
 
 Usage CalibrationUsage() {
   return {"calibration",
-          "[--seeds N] [--frames N] [--line_time_us U] [--threads N]",
+          "[--seeds N] [--frames N] [--bend_mm B] [--line_time_us U] [--threads N]",
           "Monte Carlo of --calibrate: flights whose focal length, principal point, distortion,\n"
-          "mount, print scale, clock and tags are all wrong at once, against ground truth.",
-          {{"How much", {"seeds", "frames", "line_time_us"}}, {"Running", {"threads"}}}};
+          "mount, print scale, clock, tags and their bends are all wrong at once, against ground "
+          "truth.",
+          {{"How much", {"seeds", "frames", "bend_mm", "line_time_us"}}, {"Running", {"threads"}}}};
 }
 
 std::optional<std::string> FlagProblem() {
   return FirstFlagProblem({CheckRange("seeds", FLAGS_seeds, 1, 1e6),
                            CheckRange("frames", FLAGS_frames, 20, 1e6),
+                           CheckRange("bend_mm", FLAGS_bend_mm, 0, 30),
                            CheckRange("line_time_us", FLAGS_line_time_us, -1e3, 1e3),
                            CheckRange("threads", FLAGS_threads, 0, 256)});
 }

@@ -75,7 +75,7 @@ void HoldUnseen(const std::vector<CalibrationFrame>& frames,
     for (const CalibrationView& view : frame.views()) seen[static_cast<size_t>(view.tag)] = true;
   }
   for (int i = 0; i < layout.n_tags; ++i) {
-    if (!seen[static_cast<size_t>(i)]) sigmas->segment<6>(layout.tag(i)).setZero();
+    if (!seen[static_cast<size_t>(i)]) sigmas->segment<kTagEntries>(layout.tag(i)).setZero();
   }
 }
 
@@ -98,6 +98,7 @@ Config Apply(const Config& config, const CalibrationState& state) {
   std::vector<Tag> tags = state.tags;
   for (Tag& tag : tags) {
     tag.size_m *= scale;
+    tag.bend_m *= scale;
     const Pose scaled =
         MakePose(tag.world_from_tag.rotation(), scale * tag.world_from_tag.translation());
     tag.world_from_tag = state.truth_from_world * scaled;

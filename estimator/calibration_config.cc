@@ -88,6 +88,9 @@ std::string MapText(const Calibration& c) {
     notes.push_back(c.sigma(first) > 0 ? Format("+- %.1f %.1f %.1f mm", 1e3 * c.sigma(first),
                                                 1e3 * c.sigma(first + 1), 1e3 * c.sigma(first + 2))
                                        : "as configured");
+    const int bend = layout.bend(i);
+    if (!c.applied[static_cast<size_t>(bend)]) continue;
+    notes.back() += Format(", bend +- %.2f mm", 1e3 * c.sigma(bend));
   }
   return "\n" + FormatTagMap(c.config.map, notes);
 }

@@ -63,6 +63,10 @@ Json CalibrationJson(const Calibration& c) {
                            {"within_m", move.within_m},
                            {"turn_rad", move.turn_rad}});
   }
+  out["bends"] = Json::array();
+  for (const TagBend& bend : TagBends(c)) {
+    out["bends"].push_back({{"id", bend.id}, {"bend_m", bend.bend_m}, {"sigma_m", bend.sigma_m}});
+  }
   out["unseen"] = UnseenJson(c);
   out["text"] = CalibrationText(c);
   return out;

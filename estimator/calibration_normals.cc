@@ -11,13 +11,18 @@ namespace {
 constexpr int kMaxGlobals = kMaxLensSize + 2 + kTruthColumns;  // all but the tags' entries
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using TagRows = Eigen::Matrix<double, kTagEntries, 6>;
 
 // Which entries a frame depends on: the first `globals` ones, and those of its tags.
 struct FrameColumns {
   Eigen::Index globals = 0;
   std::vector<int> tags;  // first entry of each view's tag; empty when all are held
 
-  Eigen::Index size() const { return globals + 6 * static_cast<Eigen::Index>(tags.size()); }
+  Eigen::Index size() const { return First(tags.size()); }
+  // Of the entries of that view's tag among the frame's.
+  Eigen::Index First(size_t view) const {
+    return globals + kTagEntries * static_cast<Eigen::Index>(view);
+  }
 };
 
 FrameColumns ColumnsOf(const CalibrationLayout& layout, const CalibrationFrame& frame,
@@ -46,13 +51,13 @@ void AddView(const TagCalibrationResidual& at, double weight, const FrameColumns
   out->information.topLeftCorner(n, n) += weighted_global.lazyProduct(by_global);
   out->gradient.head(n) += weighted_global.lazyProduct(at.residual);
   if (columns.tags.empty()) return;
-  const Eigen::Index local = columns.globals + 6 * static_cast<Eigen::Index>(view);
+  const Eigen::Index local = columns.First(view);
   const int tag = columns.tags[view];
-  by_columns->middleCols<6>(local) += cam.lazyProduct(at.by_tag);
-  const Eigen::Matrix<double, 6, 8> weighted_tag = weight * at.by_tag.transpose();
-  out->information.block(tag, 0, 6, n) += weighted_tag.lazyProduct(by_global);
-  out->information.block<6, 6>(tag, tag) += weighted_tag.lazyProduct(at.by_tag);
-  out->gradient.segment<6>(tag) += weighted_tag.lazyProduct(at.residual);
+  by_columns->middleCols<kTagEntries>(local) += cam.lazyProduct(at.by_tag);
+  const Eigen::Matrix<double, kTagEntries, 8> weighted_tag = weight * at.by_tag.transpose();
+  out->information.block(tag, 0, kTagEntries, n) += weighted_tag.lazyProduct(by_global);
+  out->information.block<kTagEntries, kTagEntries>(tag, tag) += weighted_tag.lazyProduct(at.by_tag);
+  out->gradient.segment<kTagEntries>(tag) += weighted_tag.lazyProduct(at.residual);
 }
 
 void AddTruth(const WhitenedTruth& at, double weight, Eigen::Index first, CalibrationNormals* out,
@@ -79,14 +84,14 @@ void Subtract(const Eigen::Matrix<double, 6, Eigen::Dynamic>& half,
   out->gradient.head(n) -= globals.transpose().lazyProduct(half_gradient);
   for (size_t i = 0; i < columns.tags.size(); ++i) {
     const int row = columns.tags[i];
-    const Matrix6 of_row = half.middleCols<6>(n + 6 * static_cast<Eigen::Index>(i)).transpose();
-    out->gradient.segment<6>(row) -= of_row.lazyProduct(half_gradient);
-    out->information.block(row, 0, 6, n) -= of_row.lazyProduct(globals);
+    const TagRows of_row = half.middleCols<kTagEntries>(columns.First(i)).transpose();
+    out->gradient.segment<kTagEntries>(row) -= of_row.lazyProduct(half_gradient);
+    out->information.block(row, 0, kTagEntries, n) -= of_row.lazyProduct(globals);
     for (size_t j = 0; j < columns.tags.size(); ++j) {
       const int column = columns.tags[j];
       if (column > row) continue;
-      out->information.block<6, 6>(row, column) -=
-          of_row.lazyProduct(half.middleCols<6>(n + 6 * static_cast<Eigen::Index>(j)));
+      out->information.block<kTagEntries, kTagEntries>(row, column) -=
+          of_row.lazyProduct(half.middleCols<kTagEntries>(columns.First(j)));
     }
   }
 }
@@ -95,7 +100,7 @@ std::vector<int> EntriesOf(const FrameColumns& columns) {
   std::vector<int> out;
   for (int i = 0; i < columns.globals; ++i) out.push_back(i);
   for (const int first : columns.tags) {
-    for (int i = 0; i < 6; ++i) out.push_back(first + i);
+    for (int i = 0; i < kTagEntries; ++i) out.push_back(first + i);
   }
   return out;
 }
@@ -161,7 +166,7 @@ CalibrationNormals LinearizeCalibration(const CalibrationProblem& problem,
   out.information.setZero(layout.size(), layout.size());
   out.gradient.setZero(layout.size());
   out.frames.reserve(frames.size());
-  const bool free_tags = (problem.prior_sigmas.tail(6 * layout.n_tags).array() > 0).any();
+  const bool free_tags = (problem.prior_sigmas.tail(kTagEntries * layout.n_tags).array() > 0).any();
   TagCalibrationResidual at;
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_columns;
   for (const CalibrationFrame& frame : frames) {

@@ -17,6 +17,7 @@ struct CalibrationOptions {
   double print_scale_sigma = 0.005;      // of the whole map, relative
   double tag_position_sigma_m = 0.01;    // of each coordinate of a tag's centre
   double tag_rotation_sigma_rad = 0.03;  // of a tag about each axis
+  double tag_bend_sigma = 0.007;         // of a tag's bend (Tag::bend_m), in its sides
   double mount_position_sigma_m = 0.03;  // of cam_from_body; these four against ground truth only
   double mount_rotation_sigma_rad = 0.03;
   double world_position_sigma_m = 0.03;  // of the map in the ground truth's world
@@ -38,6 +39,7 @@ struct CalibrationOptions {
     visit("print_scale_sigma", self.print_scale_sigma);
     visit("tag_position_sigma_m", self.tag_position_sigma_m);
     visit("tag_rotation_sigma_rad", self.tag_rotation_sigma_rad);
+    visit("tag_bend_sigma", self.tag_bend_sigma);
     visit("mount_position_sigma_m", self.mount_position_sigma_m);
     visit("mount_rotation_sigma_rad", self.mount_rotation_sigma_rad);
     visit("world_position_sigma_m", self.world_position_sigma_m);

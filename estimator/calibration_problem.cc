@@ -59,8 +59,9 @@ CalibrationState Perturb(const CalibrationState& state, const Eigen::VectorXd& s
   out.truth_from_world = PerturbPose(state.truth_from_world, step.segment<6>(layout.world()));
   out.time_offset_s += step(layout.clock());
   for (int i = 0; i < layout.n_tags; ++i) {
-    Pose& pose = out.tags[static_cast<size_t>(i)].world_from_tag;
-    pose = PerturbPose(pose, step.segment<6>(layout.tag(i)));
+    Tag& tag = out.tags[static_cast<size_t>(i)];
+    tag.world_from_tag = PerturbPose(tag.world_from_tag, step.segment<6>(layout.tag(i)));
+    tag.bend_m += step(layout.bend(i));
   }
   return out;
 }
@@ -79,6 +80,7 @@ Eigen::VectorXd Difference(const CalibrationState& state, const CalibrationState
     const auto k = static_cast<size_t>(i);
     out.segment<6>(layout.tag(i)) =
         PoseDifference(state.tags[k].world_from_tag, reference.tags[k].world_from_tag);
+    out(layout.bend(i)) = state.tags[k].bend_m - reference.tags[k].bend_m;
   }
   return out;
 }
@@ -93,6 +95,8 @@ const char* ToString(CalibrationGroup group) {
       return "line time of the rolling shutter";
     case CalibrationGroup::kMap:
       return "tag poses and print scale";
+    case CalibrationGroup::kBend:
+      return "bends of the tags";
     case CalibrationGroup::kTruth:
       break;
   }
@@ -122,8 +126,11 @@ std::vector<CalibrationParameter> ParametersOf(const CalibrationState& state,
           options.world_position_sigma_m, &out);
   add(Group::kTruth, "clock", "s", options.time_offset_sigma_s);
   for (const Tag& tag : state.tags) {
-    AddPose(Group::kMap, "tag " + std::to_string(tag.id), "tags", options.tag_rotation_sigma_rad,
-            options.tag_position_sigma_m, &out);
+    const std::string name = "tag " + std::to_string(tag.id);
+    AddPose(Group::kMap, name, "tags", options.tag_rotation_sigma_rad, options.tag_position_sigma_m,
+            &out);
+    out.push_back(
+        {Group::kBend, name + " bend", "tags bend", "m", options.tag_bend_sigma * tag.size_m});
   }
   return out;
 }

@@ -28,7 +28,8 @@ struct CalibrationState {
 };
 
 /// Where the entries of a state's error state are: [lens (lens.h); log scale; line time; mount 6;
-/// world 6; clock; 6 a tag]; poses as in pose.h.
+/// world 6; clock; 7 a tag: its pose and its bend]; poses as in pose.h.
+constexpr int kTagEntries = 7;
 struct CalibrationLayout {
   int lens_size = 0, n_tags = 0;
   int scale() const { return lens_size; }
@@ -36,7 +37,8 @@ struct CalibrationLayout {
   int mount() const { return lens_size + 2; }
   int world() const { return mount() + 6; }
   int clock() const { return world() + 6; }
-  int tag(int index) const { return clock() + 1 + 6 * index; }
+  int tag(int index) const { return clock() + 1 + kTagEntries * index; }
+  int bend(int index) const { return tag(index) + 6; }
   int size() const { return tag(n_tags); }
 };
 CalibrationLayout LayoutOf(const CalibrationState& state);
@@ -46,10 +48,10 @@ CalibrationState Perturb(const CalibrationState& state, const Eigen::VectorXd& s
 Eigen::VectorXd Difference(const CalibrationState& state, const CalibrationState& reference);
 
 /// Parameters that are judged together.
-enum class CalibrationGroup { kPinhole, kDistortion, kShutter, kMap, kTruth };
+enum class CalibrationGroup { kPinhole, kDistortion, kShutter, kMap, kBend, kTruth };
 inline constexpr std::array kAllCalibrationGroups = {
     CalibrationGroup::kPinhole, CalibrationGroup::kDistortion, CalibrationGroup::kShutter,
-    CalibrationGroup::kMap, CalibrationGroup::kTruth};
+    CalibrationGroup::kMap,     CalibrationGroup::kBend,       CalibrationGroup::kTruth};
 const char* ToString(CalibrationGroup group);
 
 /// One entry of the error state.

@@ -112,6 +112,25 @@ void AddTags(const Calibration& c, std::vector<std::string>* out) {
   }
 }
 
+void AddBends(const Calibration& c, std::vector<std::string>* out) {
+  std::vector<TagBend> bends = TagBends(c);
+  if (bends.empty()) return;
+  double squares = 0;
+  for (const TagBend& bend : bends) squares += bend.bend_m * bend.bend_m;
+  out->push_back(Format("tags are bent by %.2f mm RMS, two opposite corners up, two down",
+                        1e3 * std::sqrt(squares / static_cast<double>(bends.size()))));
+  std::stable_sort(bends.begin(), bends.end(), [](const TagBend& a, const TagBend& b) {
+    return std::abs(a.bend_m) > std::abs(b.bend_m);
+  });
+  for (size_t i = 0; i < std::min(kTagsTold, bends.size()); ++i) {
+    const TagBend& bend = bends[i];
+    if (!(std::abs(bend.bend_m) > kTold * bend.sigma_m)) continue;
+    out->push_back(Format("tag %d is bent by %.1f mm, %s up (%.0f sigma)", bend.id,
+                          1e3 * std::abs(bend.bend_m), bend.bend_m > 0 ? "p1 and p3" : "p2 and p4",
+                          std::abs(bend.bend_m) / bend.sigma_m));
+  }
+}
+
 void AddValidation(const Calibration& c, std::vector<std::string>* out) {
   const HeldOutJudgement &given = c.validation.given, &refined = c.validation.refined;
   out->push_back(
@@ -198,6 +217,18 @@ std::vector<TagMove> TagMoves(const Calibration& c) {
   return out;
 }
 
+std::vector<TagBend> TagBends(const Calibration& c) {
+  const CalibrationLayout layout = LayoutOf(c.given);
+  std::vector<TagBend> out;
+  for (int i = 0; i < layout.n_tags; ++i) {
+    const int entry = layout.bend(i);
+    if (!c.applied[static_cast<size_t>(entry)]) continue;
+    const Tag& tag = c.refined.tags[static_cast<size_t>(i)];
+    out.push_back({tag.id, tag.bend_m, c.sigma(entry)});
+  }
+  return out;
+}
+
 ScaleAndFocal CompareScaleAndFocal(const Calibration& c) {
   const Eigen::VectorXd direction = MapScaleDirection(c.given, c.prior_sigmas);
   const Eigen::VectorXd by_others = c.covariance * direction;
@@ -229,6 +260,7 @@ std::vector<std::string> CalibrationText(const Calibration& c) {
   AddShutter(c, &out);
   AddTruth(c, &out);
   AddTags(c, &out);
+  AddBends(c, &out);
   const ScaleAndFocal both = CompareScaleAndFocal(c);
   if (both.scale != 0 && both.focal != 0) {
     out.push_back(

@@ -18,6 +18,14 @@ struct TagMove {
 /// Of the tags that were seen, in the order of the map; empty where no tag was refined.
 std::vector<TagMove> TagMoves(const Calibration& calibration);
 
+/// A tag's bend as refined, and how well it is known [m].
+struct TagBend {
+  int id = -1;
+  double bend_m = 0, sigma_m = 0;
+};
+/// Of the tags that were seen, in the order of the map; empty where bends were not refined.
+std::vector<TagBend> TagBends(const Calibration& calibration);
+
 /// The map's scale (MapScaleDirection) and the focal length.
 struct ScaleAndFocal {
   double scale = 0, scale_sigma = 0;  // relative

@@ -125,6 +125,8 @@ Status ReadTag(const YamlValue& node, const Family& family, Tag* tag) {
     if (!(tag->size_m > 0)) {
       section.KeepProblem("size_m: expected > 0, got " + std::to_string(tag->size_m));
     }
+    section("bend_m", tag->bend_m);
+    section.KeepProblem(BendProblem(*tag));
   }
   if (tag->id < 0 || tag->id >= family.size) {
     section.KeepProblem("id: expected " + family.Ids() + ", got " + std::to_string(tag->id));

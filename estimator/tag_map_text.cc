@@ -16,7 +16,9 @@ std::string FormatTagMap(const TagMap& map, const std::vector<std::string>& note
     const Tag& tag = map.tags()[i];
     out += "    - {id: " + std::to_string(tag.id) + ", size_m: " + FormatNumber(tag.size_m) +
            ", position_m: " + FormatNumberList(tag.world_from_tag.translation()) +
-           ", quaternion_xyzw: " + FormatNumberList(tag.world_from_tag.params.head<4>()) + "}";
+           ", quaternion_xyzw: " + FormatNumberList(tag.world_from_tag.params.head<4>());
+    if (tag.bend_m != 0) out += ", bend_m: " + FormatNumber(tag.bend_m);
+    out += "}";
     if (!notes.empty()) out += "  # " + notes[i];
     out += "\n";
   }

@@ -104,6 +104,11 @@ Result<Simulator> Simulator::Make(const Camera& camera, const Pose& cam_from_bod
                                   const TagMap& map, const SplineTrajectory& trajectory,
                                   const SimulatorOptions& options) {
   if (const auto problem = options.Problem()) return Error{*problem};
+  for (const Tag& tag : map.tags()) {
+    if (!options.images || tag.bend_m == 0) continue;
+    return Error{"tag " + std::to_string(tag.id) +
+                 ": bend_m: expected 0 with images, which are drawn of plane tags"};
+  }
   RendererOptions look = options.renderer;
   look.scene.seed = options.seed;
   auto renderer = Renderer::Make(camera, map, look);

@@ -11,9 +11,10 @@ constexpr double kWorldPlaneM = 1e-9;
 
 // True when a tag's corners lie within `tolerance_m` of the plane and its z points the same way.
 bool IsOnPlane(const Tag& tag, const Pose& world_from_plane, double tolerance_m) {
-  const Pose plane_from_tag = Inverse(world_from_plane) * tag.world_from_tag;
-  if (!((plane_from_tag.rotation() * Eigen::Vector3d::UnitZ()).z() > 0)) return false;
-  const auto corners = TagCornersInWorld({tag.id, plane_from_tag, tag.size_m});
+  Tag in_plane = tag;
+  in_plane.world_from_tag = Inverse(world_from_plane) * tag.world_from_tag;
+  if (!((in_plane.world_from_tag.rotation() * Eigen::Vector3d::UnitZ()).z() > 0)) return false;
+  const auto corners = TagCornersInWorld(in_plane);
   return std::all_of(corners.begin(), corners.end(), [&](const Eigen::Vector3d& corner) {
     return std::abs(corner.z()) <= tolerance_m;
   });

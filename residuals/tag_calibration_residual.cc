@@ -52,7 +52,7 @@ bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
     const Eigen::Vector3d in_tag =
         tag_rotation.transpose() * (corners[c] - tag.world_from_tag.translation());
     out->by_tag.middleRows<2>(2 * i) << -scale * by_world * tag_rotation * Hat(in_tag),
-        scale * by_world;
+        scale * by_world, (i % 2 == 0 ? scale : -scale) * by_world * tag_rotation.col(2);
     out->by_log_scale.segment<2>(2 * i) = by_world * in_world;
     out->by_line_time.segment<2>(2 * i) =
         row * (by_turn * shutter.motion.omega_body - by_world * shutter.motion.v_world);

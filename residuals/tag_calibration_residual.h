@@ -24,8 +24,8 @@ struct RollingShutter {
 ///   world_from_cam(t_i) = (R Exp(omega t_i), p + v_world t_i), R, p at the stamp.
 struct TagCalibrationResidual {
   Eigen::Matrix<double, 8, 1> residual;
-  Eigen::Matrix<double, 8, 6> by_cam;                      // world_from_cam, tangent of pose.h
-  Eigen::Matrix<double, 8, 6> by_tag;                      // world_from_tag, tangent of pose.h
+  Eigen::Matrix<double, 8, 6> by_cam;  // world_from_cam, tangent of pose.h
+  Eigen::Matrix<double, 8, 7> by_tag;  // world_from_tag, tangent of pose.h; its bend [1/m]
   Eigen::Matrix<double, 8, 1> by_log_scale, by_line_time;  // [1/s]
   // Entries of lens.h.
   Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxLensSize> by_lens;

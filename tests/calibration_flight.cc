@@ -62,6 +62,10 @@ Eigen::VectorXd Errors(const CalibrationState& state, const CalibrationFlightOpt
   for (int i = 0; i < layout.n_tags; ++i) {
     out.segment<3>(layout.tag(i)) = draw->Normal3(options.tag_rotation_sigma_rad);
     out.segment<3>(layout.tag(i) + 3) = draw->Normal3(options.tag_position_sigma_m);
+    const double side_m = state.tags[static_cast<size_t>(i)].size_m;
+    if (options.tag_bend_sigma > 0) {
+      out(layout.bend(i)) = draw->Normal3(options.tag_bend_sigma * side_m).x();
+    }
   }
   if (!options.errors) return out;
   out(kLogFocal) = 0.01;
@@ -119,6 +123,7 @@ CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options)
   out.config.map = Mat(options);
   out.config.calibration.tag_position_sigma_m = options.tag_position_sigma_m;
   out.config.calibration.tag_rotation_sigma_rad = options.tag_rotation_sigma_rad;
+  out.config.calibration.tag_bend_sigma = options.tag_bend_sigma;
   CalibrationState believed;
   believed.camera = out.config.camera;
   believed.cam_from_body = out.config.cam_from_body;

@@ -25,11 +25,13 @@ struct CalibrationFlightOptions {
   double truth_position_sigma_m = 0.0005, truth_rotation_sigma_rad = 0.001;
   double line_time_s = 0;  // of the shutter; not what is believed
   double tag_position_sigma_m = 0.005, tag_rotation_sigma_rad = 0.01;  // an axis
+  double tag_bend_sigma = 0;                                           // in sides
   unsigned seed = 1;
 };
 
 /// A flight by a set-up that is not as configured: focal length, principal point, two distortion
-/// terms, mount, print scale, clock, and every tag. Corners and ground truth with Gaussian noise.
+/// terms, mount, print scale, clock, and every tag's place and bend. Corners and ground truth with
+/// Gaussian noise.
 struct CalibrationFlight {
   Config config;  // what is believed; the tags' priors are what they were drawn from
   CalibrationState truth;

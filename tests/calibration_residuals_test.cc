@@ -58,6 +58,7 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
     const Pose world_from_cam = RandomPose(2);
     Tag tag;
     tag.size_m = 0.2;
+    tag.bend_m = 0.02 * Uniform();
     tag.world_from_tag =
         world_from_cam * MakePose(ExpSo3(Vec()), {0.4 * Uniform(), 0.4 * Uniform(), 1.5});
     const std::array<Eigen::Vector2d, 4> pixels = {
@@ -65,25 +66,26 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
         Eigen::Vector2d(300, 220)};
     const double log_scale = 0.02 * Uniform();
     const Twist motion{Vec(), Vec()};
-    // d: [camera 6, tag 6, log scale, lens, line time in units of its own].
+    // d: [camera 6, tag 6, its bend, log scale, lens, line time in units of its own].
     const auto at = [&](const Eigen::VectorXd& d, TagCalibrationResidual* out) {
       Tag moved = tag;
       moved.world_from_tag = Moved(tag.world_from_tag, d.segment<6>(6));
-      EXPECT_TRUE(EvaluateTagCalibration(moved, std::exp(log_scale + d(12)),
-                                         PerturbLens(Lens(), d.segment(13, 12)),
+      moved.bend_m += d(12);
+      EXPECT_TRUE(EvaluateTagCalibration(moved, std::exp(log_scale + d(13)),
+                                         PerturbLens(Lens(), d.segment(14, 12)),
                                          Moved(world_from_cam, d.head<6>()), pixels, whitener,
-                                         {kLineTimeS + kLineTimeS * d(25), motion}, out));
+                                         {kLineTimeS + kLineTimeS * d(26), motion}, out));
     };
     TagCalibrationResidual linear;
-    at(Eigen::VectorXd::Zero(26), &linear);
-    Eigen::MatrixXd analytic(8, 26);
+    at(Eigen::VectorXd::Zero(27), &linear);
+    Eigen::MatrixXd analytic(8, 27);
     analytic << linear.by_cam, linear.by_tag, linear.by_log_scale, linear.by_lens,
         kLineTimeS * linear.by_line_time;
     for (const auto& [first, n] :
-         {std::pair(0, 6), std::pair(6, 6), std::pair(12, 1), std::pair(13, 2), std::pair(15, 2),
-          std::pair(17, 8), std::pair(25, 1)}) {
+         {std::pair(0, 6), std::pair(6, 6), std::pair(12, 1), std::pair(13, 1), std::pair(14, 2),
+          std::pair(16, 2), std::pair(18, 8), std::pair(26, 1)}) {
       ExpectDerivative(analytic.middleCols(first, n), [&](const Eigen::VectorXd& step) {
-        Eigen::VectorXd d = Eigen::VectorXd::Zero(26);
+        Eigen::VectorXd d = Eigen::VectorXd::Zero(27);
         d.segment(first, n) = step;
         TagCalibrationResidual moved;
         at(d, &moved);
@@ -96,10 +98,12 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
 TEST_F(CalibrationResiduals, TagIsSeenWhereAScaledMapHasIt) {
   Tag tag;
   tag.size_m = 0.2;
+  tag.bend_m = 0.01;
   tag.world_from_tag = MakePose(Eigen::Quaterniond::Identity(), {0.3, -0.1, 0});
   const Pose world_from_cam = MakePose(ExpSo3({M_PI, 0, 0}), {0.3, 0, 1.2});
   Tag scaled = tag;
   scaled.size_m *= 1.1;
+  scaled.bend_m *= 1.1;
   scaled.world_from_tag = MakePose(Eigen::Quaterniond::Identity(), {0.33, -0.11, 0});
   std::array<Eigen::Vector2d, 4> origin;
   origin.fill(Eigen::Vector2d::Zero());

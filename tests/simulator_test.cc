@@ -102,6 +102,27 @@ TEST(Simulator, ARollingShutterTakesEachCornerAtItsRow) {
   EXPECT_THAT(*options.Problem(), HasSubstr("line_time_s: expected 0 with images"));
 }
 
+TEST(Simulator, BentTagsAreSeenByTheirCornersAndNotDrawn) {
+  std::vector<Tag> tags = MakeTagMap({}).tags();
+  for (Tag& tag : tags) tag.bend_m = 0.01;
+  const TagMap map("tag36h11", tags);
+  const Simulator simulator = MustMake(DetectionsOnly(), "figure8", map);
+  const SimulatedFrame frame = simulator.MakeFrame(0, kSecond);
+  const Pose cam_from_world = CourseCamFromBody() * Inverse(frame.truth.world_from_body);
+  ASSERT_GT(frame.detections.size(), 3u);
+  for (const TagDetection& tag : frame.detections) {
+    for (size_t c = 0; c < 4; ++c) {
+      Eigen::Vector2d pixel(0, 0);
+      ASSERT_TRUE(Camera().Project(cam_from_world * map.CornersInWorld(tag.id)[c], &pixel));
+      EXPECT_LT((pixel - tag.corners[c]).norm(), 1e-9);
+    }
+  }
+  const auto drawn = Simulator::Make({}, CourseCamFromBody(), map, Flight("figure8", map), {});
+  ASSERT_FALSE(drawn);
+  EXPECT_EQ(drawn.error().message,
+            "tag 0: bend_m: expected 0 with images, which are drawn of plane tags");
+}
+
 TEST(Simulator, CornerNoiseHasItsSigma) {
   const Simulator noisy = MustMake(DetectionsOnly(0.3)), clean = MustMake(DetectionsOnly());
   double sum = 0, square = 0;

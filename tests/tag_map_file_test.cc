@@ -8,6 +8,7 @@
 #include <string>
 
 #include "estimator/config.h"
+#include "estimator/tag_map_text.h"
 #include "frontend/front_end.h"
 #include "frontend/simulator.h"
 #include "tests/map_formats.h"
@@ -48,6 +49,21 @@ TEST(TagMapFile, WpilibAndTagSlamGiveTheSameMapAsOurOwn) {
   const auto tagslam = Read(kTagSlam);
   ASSERT_TRUE(tagslam) << tagslam.error().message;
   ExpectSameMap(*tagslam, *own);
+}
+
+TEST(TagMapFile, BendLiftsTwoCornersAndIsWrittenWhereThereIsOne) {
+  const auto bent = Read(Replaced(kOwnMap, "[0.1, 0.1, 0]}", "[0.1, 0.1, 0], bend_m: -0.0123}"));
+  ASSERT_TRUE(bent) << bent.error().message;
+  EXPECT_LT((bent->CornersInWorld(1)[0] - Eigen::Vector3d(0, 0, -0.0123)).norm(), 1e-12);
+  EXPECT_LT((bent->CornersInWorld(1)[1] - Eigen::Vector3d(0.2, 0, 0.0123)).norm(), 1e-12);
+  EXPECT_LT((bent->CornersInWorld(1)[2] - Eigen::Vector3d(0.2, 0.2, -0.0123)).norm(), 1e-12);
+  EXPECT_LT((bent->CornersInWorld(1)[3] - Eigen::Vector3d(0, 0.2, 0.0123)).norm(), 1e-12);
+  const std::string text = FormatTagMap(*bent);
+  EXPECT_EQ(text.find("bend_m"), text.rfind("bend_m")) << text;
+  EXPECT_THAT(text, HasSubstr(", bend_m: -0.0123}"));
+  const auto read = Read(text);
+  ASSERT_TRUE(read) << read.error().message;
+  ExpectSameMap(*read, *bent);
 }
 
 TEST(TagMapFile, AprilGridRunsFromTheBottomLeft) {

@@ -6,11 +6,17 @@
 namespace tagtwist {
 
 std::array<Eigen::Vector3d, 4> TagCornersInWorld(const Tag& tag) {
-  const double h = 0.5 * tag.size_m;
-  return {tag.world_from_tag * Eigen::Vector3d(-h, -h, 0),
-          tag.world_from_tag * Eigen::Vector3d(h, -h, 0),
-          tag.world_from_tag * Eigen::Vector3d(h, h, 0),
-          tag.world_from_tag * Eigen::Vector3d(-h, h, 0)};
+  const double h = 0.5 * tag.size_m, b = tag.bend_m;
+  return {tag.world_from_tag * Eigen::Vector3d(-h, -h, b),
+          tag.world_from_tag * Eigen::Vector3d(h, -h, -b),
+          tag.world_from_tag * Eigen::Vector3d(h, h, b),
+          tag.world_from_tag * Eigen::Vector3d(-h, h, -b)};
+}
+
+std::optional<std::string> BendProblem(const Tag& tag) {
+  if (std::abs(tag.bend_m) < 0.25 * tag.size_m) return std::nullopt;
+  return "bend_m: expected less than a quarter of the side of " + std::to_string(tag.size_m) +
+         " m, got " + std::to_string(tag.bend_m);
 }
 
 TagMap::TagMap(std::string family, std::vector<Tag> tags)
@@ -40,6 +46,7 @@ std::optional<std::string> TagMap::Problem() const {
     if (!(tags_[i].size_m > 0) || !std::isfinite(tags_[i].size_m)) {
       return name + ": size_m: expected > 0, got " + std::to_string(tags_[i].size_m);
     }
+    if (const auto problem = BendProblem(tags_[i])) return name + ": " + *problem;
     if (!tags_[i].world_from_tag.params.allFinite()) return name + ": expected a finite pose";
   }
   return std::nullopt;

@@ -16,10 +16,15 @@ struct Tag {
   int id = -1;
   Pose world_from_tag;
   double size_m = 0;  // side of the black square, > 0
+  double bend_m = 0;  // of its paper, a saddle: p1 and p3 lie that much above its plane, p2 and p4
+                      // below; less than a quarter of the side
 };
 
 /// Corners p1..p4 of a tag in W [m]: bottom-left, bottom-right, top-right, top-left as printed.
+/// world_from_tag * (-+ size / 2, -+ size / 2, +- bend).
 std::array<Eigen::Vector3d, 4> TagCornersInWorld(const Tag& tag);
+/// The rule that a tag's bend breaks, or nullopt.
+std::optional<std::string> BendProblem(const Tag& tag);
 
 /// Where the tags are. Immutable once made; look-up by id.
 class TagMap {
@@ -34,7 +39,8 @@ class TagMap {
   const Tag* Find(int id) const;
   /// World corners p1..p4 of a tag in the map; the id must be in it.
   const std::array<Eigen::Vector3d, 4>& CornersInWorld(int id) const;
-  /// The broken rule (no tag, an id twice, a size that is not positive), or nullopt.
+  /// The broken rule (no tag, an id twice, a size that is not positive, a bend out of range), or
+  /// nullopt.
   std::optional<std::string> Problem() const;
 
  private:
