@@ -44,8 +44,11 @@ DEFINE_double(gradient_direction_deg, Look().gradient_direction_rad,
               "Where the image brightens: 0 to the right, 90 downwards.");
 DEFINE_int32(supersampling, Look().supersampling, "Samples along a pixel's side, 1 to 16.");
 DEFINE_double(scribble, Look().scene.scribbles_per_m2,
-              "Strokes and blobs a square metre of floor; 0 for a bare floor.");
+              "Strokes and blobs a square metre of floor and walls; 0 for bare ones.");
 DEFINE_bool(floor, Look().scene.floor, "The floor z = 0 is there.");
+DEFINE_bool(walls, Look().scene.walls,
+            "Sheets carry the tags that are not on the floor, a tag's side beyond them, with "
+            "scribble for the tracks.");
 DEFINE_int32(occluders, Look().scene.occluders, "Dark or bright ellipses over the map.");
 DEFINE_double(occluder_radius, Look().scene.occluder_radius_m, "Their mean radius [m].");
 DEFINE_double(occluder_height, Look().scene.occluder_height_m, "They float up to this height [m].");
@@ -107,6 +110,7 @@ RendererOptions LookFromFlags() {
   out.supersampling = FLAGS_supersampling;
   out.scene.scribbles_per_m2 = FLAGS_scribble;
   out.scene.floor = FLAGS_floor;
+  out.scene.walls = FLAGS_walls;
   out.scene.occluders = FLAGS_occluders;
   out.scene.occluder_radius_m = FLAGS_occluder_radius;
   out.scene.occluder_height_m = FLAGS_occluder_height;
@@ -145,7 +149,8 @@ Usage SimulateUsage() {
         {"noise", "blur_px", "exposure_ms", "vignetting", "gradient", "gradient_direction_deg",
          "supersampling"}},
        {"The scene",
-        {"scribble", "floor", "occluders", "occluder_radius", "occluder_height", "occluder_speed"}},
+        {"scribble", "floor", "walls", "occluders", "occluder_radius", "occluder_height",
+         "occluder_speed"}},
        {"Detections and faults",
         {"line_time_s", "corner_noise_px", "hidden_fraction", "wrong_id_fraction", "hide_tags_from",
          "hide_tags_to"}},

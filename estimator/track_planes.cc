@@ -52,25 +52,21 @@ double SquaredDistanceToTag(const TrackPlane& plane, const Eigen::Vector2d& poin
 
 std::vector<TrackPlane> FindTrackPlanes(const TagMap& map) {
   const TagPlanes planes = FindTagPlanes(map.tags());
+  const std::vector<Eigen::AlignedBox2d> regions = TagRegions(planes, map.tags());
   std::vector<TrackPlane> out;
-  for (const Pose& world_from_plane : planes.world_from_plane) {
+  for (size_t i = 0; i < regions.size(); ++i) {
     TrackPlane plane;
-    plane.world_from_plane = world_from_plane;
+    plane.world_from_plane = planes.world_from_plane[i];
+    plane.region = regions[i];
     plane.least_side_m = std::numeric_limits<double>::infinity();
-    plane.normal = world_from_plane.rotation() * Eigen::Vector3d::UnitZ();
-    plane.offset_m = plane.normal.dot(world_from_plane.translation());
+    plane.normal = plane.world_from_plane.rotation() * Eigen::Vector3d::UnitZ();
+    plane.offset_m = plane.normal.dot(plane.world_from_plane.translation());
     out.push_back(plane);
   }
   for (const Tag& tag : map.tags()) {
     TrackPlane& plane = out[planes.plane_of_tag.at(tag.id)];
-    const Pose plane_from_world = Inverse(plane.world_from_plane);
-    const Eigen::Vector2d side = Eigen::Vector2d::Constant(tag.size_m);
-    for (const Eigen::Vector3d& corner : TagCornersInWorld(tag)) {
-      const Eigen::Vector2d point = (plane_from_world * corner).head<2>();
-      plane.region.extend(point - side).extend(Eigen::Vector2d(point + side));
-    }
-    plane.tag_centres.emplace_back(
-        (plane_from_world * Eigen::Vector3d(tag.world_from_tag.translation())).head<2>());
+    const Eigen::Vector3d centre = tag.world_from_tag.translation();
+    plane.tag_centres.emplace_back((Inverse(plane.world_from_plane) * centre).head<2>());
     plane.least_side_m = std::min(plane.least_side_m, tag.size_m);
   }
   return out;

@@ -12,7 +12,7 @@ namespace tagtwist {
 /// there, so tracks within that region lie on the plane. Coordinates x, y of the plane [m].
 struct TrackPlane {
   Pose world_from_plane;
-  Eigen::AlignedBox2d region;  // of the tags' corners, a tag's side added all round
+  Eigen::AlignedBox2d region;  // see TagRegions
   std::vector<Eigen::Vector2d> tag_centres;
   double least_side_m = 0;                            // of its tags
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // in W, out of the paper

@@ -14,6 +14,17 @@ namespace {
 constexpr uint64_t kNoisePurpose = 3;  // of the random stream
 constexpr double kMostSamples = 1e8;   // of the supersampled image
 
+// Far ones first, for the same reason as below.
+std::vector<const WallSheet*> WallsFarToNear(const std::vector<WallSheet>& walls,
+                                             const Pose& cam_from_world) {
+  std::vector<const WallSheet*> out;
+  for (const WallSheet& wall : walls) out.push_back(&wall);
+  std::stable_sort(out.begin(), out.end(), [&](const WallSheet* a, const WallSheet* b) {
+    return (cam_from_world * a->sheet.centre).norm() > (cam_from_world * b->sheet.centre).norm();
+  });
+  return out;
+}
+
 // Far patches first: what shines through at the outline of a near one is then there already.
 std::vector<const Patch*> SortFarToNear(const std::vector<Patch>& tags,
                                         const std::vector<Patch>& occluders,
@@ -77,6 +88,12 @@ void Renderer::DrawScene(const Pose& world_from_cam, double t_s, bool blank_tags
   if (look.floor) PaintFloor(grid_, cam_from_world, look.floor_grey, image);
   for (const Patch& patch : scene_.scribbles()) {
     PaintPatch(grid_, cam_from_world, patch, greys, image);
+  }
+  for (const WallSheet* wall : WallsFarToNear(scene_.walls(), cam_from_world)) {
+    PaintPatch(grid_, cam_from_world, wall->sheet, greys, image);
+    for (const Patch& patch : wall->scribbles) {
+      PaintPatch(grid_, cam_from_world, patch, greys, image);
+    }
   }
   const std::vector<Patch> occluders = scene_.OccludersAt(t_s);
   for (const Patch* patch : SortFarToNear(scene_.tags(), occluders, cam_from_world)) {

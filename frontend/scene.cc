@@ -10,6 +10,8 @@
 #include "frontend/option_check.h"
 #include "frontend/random_stream.h"
 #include "frontend/scribble.h"
+#include "frontend/tag_planes.h"
+#include "frontend/wall_sheets.h"
 
 namespace tagtwist {
 namespace {
@@ -27,6 +29,14 @@ Patch MakeTagPatch(const Tag& tag, const TagPattern& pattern) {
   out.half_v = tag.world_from_tag.rotation() * Eigen::Vector3d(0, half, 0);
   out.pattern = &pattern;
   return out;
+}
+
+double AreaOfPlanes(const TagMap& map) {
+  double sum_m2 = 0;
+  for (const auto& region : TagRegions(FindTagPlanes(map.tags()), map.tags())) {
+    sum_m2 += region.volume();
+  }
+  return sum_m2;
 }
 
 }  // namespace
@@ -83,10 +93,12 @@ Result<Scene> Scene::Make(const TagMap& map, const SceneOptions& options) {
   }
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(kScribbleMarginM);
   const Eigen::Vector2d low = box.min().head<2>() - margin, high = box.max().head<2>() + margin;
-  if (!((high - low).prod() * options.scribbles_per_m2 < kMostScribbles)) {
+  const double area_m2 = (high - low).prod() + (options.walls ? AreaOfPlanes(map) : 0);
+  if (!(area_m2 * options.scribbles_per_m2 < kMostScribbles)) {
     return Error{"scribbles_per_m2: more than a million scribbles on a map of this size"};
   }
   if (options.floor) out.scribbles_ = MakeScribbles(low, high, out.tags_, options);
+  if (options.walls) out.walls_ = MakeWallSheets(map, out.tags_, options);
   const std::vector<Patch> squares = MakeBoardSquares(map, options.ink_grey);
   out.scribbles_.insert(out.scribbles_.end(), squares.begin(), squares.end());
   out.AddOccluders(box.min(), box.max());

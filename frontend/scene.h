@@ -17,11 +17,12 @@ namespace tagtwist {
 struct SceneOptions {
   uint64_t seed = 1;
   bool floor = true;             // the plane z = 0
+  bool walls = false;            // sheets behind the tags that are not on the floor
   double paper_grey = 225;       // white cells and tag margins
   double ink_grey = 25;          // black cells
-  double floor_grey = 225;       // the plane z = 0
+  double floor_grey = 225;       // the plane z = 0, and the walls
   double background_grey = 110;  // where there is no floor
-  double scribbles_per_m2 = 90;  // polylines and blobs on the floor, never on a tag's paper
+  double scribbles_per_m2 = 90;  // polylines and blobs on floor and walls, never on a paper
   int occluders = 0;             // dark or bright ellipses over the map
   double occluder_radius_m = 0.08;
   double occluder_height_m = 0.3;  // they float between the floor and this height
@@ -32,6 +33,7 @@ struct SceneOptions {
   static void VisitFields(Self& self, Visitor&& visit) {
     visit("seed", self.seed);
     visit("floor", self.floor);
+    visit("walls", self.walls);
     visit("paper_grey", self.paper_grey);
     visit("ink_grey", self.ink_grey);
     visit("floor_grey", self.floor_grey);
@@ -55,6 +57,12 @@ struct Patch {
   const TagPattern* pattern = nullptr;  // of a tag: u to the right, v up as printed
 };
 
+/// What carries tags that are not on the floor, a rectangle, and what is drawn on it.
+struct WallSheet {
+  Patch sheet;
+  std::vector<Patch> scribbles;
+};
+
 /// True when the patch hides the point from the camera's centre.
 bool Hides(const Patch& patch, const Eigen::Vector3d& camera_in_world,
            const Eigen::Vector3d& point_in_world);
@@ -68,6 +76,7 @@ class Scene {
   /// And the squares at the corners of a Kalibr board's tags.
   const std::vector<Patch>& scribbles() const { return scribbles_; }
   const std::vector<Patch>& tags() const { return tags_; }  // with their paper
+  const std::vector<WallSheet>& walls() const { return walls_; }
   /// Occluders swing about their places; t_s moves them.
   std::vector<Patch> OccludersAt(double t_s) const;
   bool all_tags_on_floor() const { return all_tags_on_floor_; }
@@ -83,6 +92,7 @@ class Scene {
   SceneOptions options_;
   std::shared_ptr<const std::vector<TagPattern>> patterns_;  // tags_ point into it
   std::vector<Patch> tags_, scribbles_;
+  std::vector<WallSheet> walls_;
   std::vector<Occluder> occluders_;
   bool all_tags_on_floor_ = false;
 };

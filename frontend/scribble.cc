@@ -8,9 +8,8 @@
 namespace tagtwist {
 namespace {
 
-constexpr uint64_t kPurpose = 1;      // of the random stream
-constexpr double kTurnRad = 1.3;      // largest turn of a polyline
-constexpr double kNearFloorM = 0.02;  // papers that come closer to the floor keep it clean
+constexpr uint64_t kPurpose = 1;  // of the random stream
+constexpr double kTurnRad = 1.3;  // largest turn of a polyline
 constexpr double kPi = 3.14159265358979323846;
 
 // Papers on the floor as discs around their centres first, squares second.
@@ -86,8 +85,9 @@ void AddBlob(const Eigen::Vector2d& centre, const PaperFinder& papers, RandomStr
 }  // namespace
 
 std::vector<Patch> MakeScribbles(const Eigen::Vector2d& low, const Eigen::Vector2d& high,
-                                 const std::vector<Patch>& papers, const SceneOptions& options) {
-  RandomStream random(options.seed, kPurpose);
+                                 const std::vector<Patch>& papers, const SceneOptions& options,
+                                 uint64_t plane) {
+  RandomStream random(options.seed, kPurpose, plane);
   const PaperFinder finder(papers);
   std::vector<Patch> out;
   const double area_m2 = (high - low).prod();

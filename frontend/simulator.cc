@@ -178,7 +178,9 @@ std::vector<TagDetection> Simulator::FindVisibleTags(int64_t t_ns) const {
     };
     const bool hidden = std::any_of(occluders.begin(), occluders.end(), hides) ||
                         (!scene.all_tags_on_floor() &&
-                         std::any_of(scene.tags().begin(), scene.tags().end(), hides));
+                         std::any_of(scene.tags().begin(), scene.tags().end(), hides)) ||
+                        std::any_of(scene.walls().begin(), scene.walls().end(),
+                                    [&](const WallSheet& wall) { return hides(wall.sheet); });
     if (!hidden) out.push_back(*seen);
   }
   return out;

@@ -39,6 +39,21 @@ TagPlanes FindTagPlanes(const std::vector<Tag>& tags) {
   return planes;
 }
 
+std::vector<Eigen::AlignedBox2d> TagRegions(const TagPlanes& planes, const std::vector<Tag>& tags) {
+  std::vector<Pose> plane_from_world;
+  for (const Pose& pose : planes.world_from_plane) plane_from_world.push_back(Inverse(pose));
+  std::vector<Eigen::AlignedBox2d> out(plane_from_world.size());
+  for (const Tag& tag : tags) {
+    const size_t plane = planes.plane_of_tag.at(tag.id);
+    const Eigen::Vector2d side = Eigen::Vector2d::Constant(tag.size_m);
+    for (const Eigen::Vector3d& corner : TagCornersInWorld(tag)) {
+      const Eigen::Vector2d point = (plane_from_world[plane] * corner).head<2>();
+      out[plane].extend(point - side).extend(Eigen::Vector2d(point + side));
+    }
+  }
+  return out;
+}
+
 size_t MainPlane(const TagPlanes& planes, const std::vector<TagDetection>& tags) {
   std::vector<int> votes(planes.world_from_plane.size(), 0);
   for (const TagDetection& tag : tags) ++votes[planes.plane_of_tag.at(tag.id)];

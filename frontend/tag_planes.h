@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <unordered_map>
 #include <vector>
@@ -17,6 +18,10 @@ struct TagPlanes {
 
 /// Tags are on one plane when their corners lie within 2 mm of it and they face the same way.
 TagPlanes FindTagPlanes(const std::vector<Tag>& tags);
+
+/// Where on each plane its tags lie, x and y of the plane [m]: the box of their corners, a tag's
+/// side added all round.
+std::vector<Eigen::AlignedBox2d> TagRegions(const TagPlanes& planes, const std::vector<Tag>& tags);
 
 /// The plane with the most of these tags (the first on a tie); all must be in the map. The list
 /// must not be empty.

@@ -238,7 +238,7 @@ TEST_F(SlowFormatsProgram, AFloorAndTwoWallsAreEstimatedToTheBound) {
   WriteText(folder_ / "room.yaml", Room());
   RunWell("tagtwist_simulate",
           {"--config", "room.yaml", "--output", "rec", "--trajectory", "circle", "--height", "1",
-           "--duration", "6", "--rate", "20", "--supersampling", "2"});
+           "--duration", "6", "--rate", "20", "--supersampling", "2", "--walls"});
   for (const std::string mode : {"--nosliding_window", "--sliding_window"}) {
     Estimate({"--config", "room.yaml", "--dataset", "rec", mode});
     const auto summary = nlohmann::json::parse(ReadText(folder_ / "out/summary.json"));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <tuple>
 
 #include "frontend/renderer.h"
 #include "frontend/types/so3.h"
@@ -36,6 +38,11 @@ Pose LookAt(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double roll)
   return MakePose(turn * ExpSo3({0, 0, roll}), from);
 }
 
+bool IsOnFloor(const Tag& tag) {
+  const auto corners = TagCornersInWorld(tag);
+  return std::all_of(corners.begin(), corners.end(), [](const auto& c) { return c.z() == 0; });
+}
+
 // A ray caster that knows nothing of the renderer's ways: the grey that a ray sees, its nearest
 // tag (with the white margin) or the floor.
 double CastRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const TagMap& map,
@@ -43,6 +50,16 @@ double CastRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, 
   double nearest = std::numeric_limits<double>::infinity(), grey = look.background_grey;
   if (direction.z() * origin.z() < 0) {
     nearest = -origin.z() / direction.z() * (1 + 1e-6);  // tags on the floor win
+    grey = look.floor_grey;
+  }
+  // The sheets of tags that are each a plane of their own.
+  for (const Tag& tag : map.tags()) {
+    const Pose tag_from_world = Inverse(tag.world_from_tag);
+    const Eigen::Vector3d o = tag_from_world * origin, d = tag_from_world.rotation() * direction;
+    const double s = -o.z() / d.z() * (1 + 1e-6);
+    if (!look.walls || IsOnFloor(tag) || !(s > 0) || !(s < nearest)) continue;
+    if (!((o + s * d).head<2>().cwiseAbs().maxCoeff() < 1.5 * tag.size_m)) continue;
+    nearest = s;
     grey = look.floor_grey;
   }
   for (size_t i = 0; i < map.tags().size(); ++i) {
@@ -82,13 +99,16 @@ TagMap RoomMap() {
                  {8, MakePose(ExpSo3({-0.6, 0, 0.2}), {0.28, 0.18, 0.12}), 0.12}});
 }
 
-class RendererRays : public ::testing::TestWithParam<bool> {};
+// With a distorting lens; with walls.
+class RendererRays : public ::testing::TestWithParam<std::tuple<bool, bool>> {};
 
 TEST_P(RendererRays, EveryPixelSeesWhatItsRaySees) {
-  const Camera camera = GetParam() ? DistortedCamera() : Camera();
+  const auto [is_distorted, has_walls] = GetParam();
+  const Camera camera = is_distorted ? DistortedCamera() : Camera();
   const TagMap map = RoomMap();
   RendererOptions options = Plain();
   options.scene.floor_grey = 160;
+  options.scene.walls = has_walls;
   const auto renderer = Renderer::Make(camera, map, options);
   ASSERT_TRUE(renderer) << renderer.error().message;
   std::vector<int> ids;
@@ -125,8 +145,13 @@ TEST_P(RendererRays, EveryPixelSeesWhatItsRaySees) {
     EXPECT_LT(wrong, compared / 500);
   }
 }
-INSTANTIATE_TEST_SUITE_P(Lens, RendererRays, ::testing::Bool(),
-                         [](const auto& test) { return test.param ? "Distorted" : "Pinhole"; });
+INSTANTIATE_TEST_SUITE_P(Lens, RendererRays,
+                         ::testing::Values(std::tuple(false, false), std::tuple(true, false),
+                                           std::tuple(false, true)),
+                         [](const auto& test) {
+                           return std::string(std::get<0>(test.param) ? "Distorted" : "Pinhole") +
+                                  (std::get<1>(test.param) ? "Walls" : "");
+                         });
 
 }  // namespace
 }  // namespace tagtwist

@@ -168,36 +168,67 @@ TEST(Renderer, ShadingIsOfTheGivenStrength) {
   EXPECT_NEAR(image.at<uint8_t>(239, 300), 220, 1);
 }
 
-TEST(Renderer, ScribbleStaysOffThePapers) {
-  RendererOptions options = Plain();
-  options.scene.scribbles_per_m2 = 400;
-  TagGrid grid;
-  grid.rows = grid.columns = 3;
-  grid.row_gaps_m = grid.column_gaps_m = {0.152, 0.152};
-  const TagMap map = MakeTagMap(grid);
-  const Renderer with = MustMake({}, map, options);
-  options.scene.scribbles_per_m2 = 0;
-  const Renderer without = MustMake({}, map, options);
-  const Pose pose = Above(0.35, 0.35, 0.8, {0.2, 0.1, 0.5});
-  const cv::Mat scribbled = Render(with, pose), clean = Render(without, pose);
-  EXPECT_GT(cv::countNonZero(scribbled != clean), 1000);
-  int on_paper = 0;
-  for (const Patch& paper : with.scene().tags()) {
-    for (double u = -1; u <= 1; u += 0.05) {
-      for (double v = -1; v <= 1; v += 0.05) {
+// Of the papers' pixels that the camera sees, those where the images differ.
+int DifferencesOnPapers(const std::vector<Patch>& papers, const Pose& world_from_cam,
+                        const cv::Mat& a, const cv::Mat& b) {
+  int out = 0;
+  for (const Patch& paper : papers) {
+    // Nearest pixel; it must lie on the paper itself, so stay half a pixel inside.
+    for (double u = -0.95; u <= 0.95; u += 0.05) {
+      for (double v = -0.95; v <= 0.95; v += 0.05) {
         Eigen::Vector2d pixel;
         const Eigen::Vector3d point = paper.centre + u * paper.half_u + v * paper.half_v;
-        if (!Camera().Project(Inverse(pose) * point, &pixel) || !Camera().Contains(pixel, 1))
-          continue;
-        // Nearest pixel; it must lie on the paper itself, so stay half a pixel inside.
-        if (std::max(std::abs(u), std::abs(v)) > 0.95) continue;
+        if (!Camera().Project(Inverse(world_from_cam) * point, &pixel)) continue;
+        if (!Camera().Contains(pixel, 1)) continue;
         const cv::Point at(static_cast<int>(std::lround(pixel.x())),
                            static_cast<int>(std::lround(pixel.y())));
-        on_paper += scribbled.at<uint8_t>(at) != clean.at<uint8_t>(at);
+        out += a.at<uint8_t>(at) != b.at<uint8_t>(at);
       }
     }
   }
-  EXPECT_EQ(on_paper, 0);
+  return out;
+}
+
+// Of the drawn patches' centres; what is drawn lies in the plane of the papers.
+int CentresOnPapers(const std::vector<Patch>& drawn, const std::vector<Patch>& papers) {
+  int out = 0;
+  for (const Patch& patch : drawn) {
+    for (const Patch& paper : papers) {
+      const Eigen::Vector3d offset = patch.centre - paper.centre;
+      EXPECT_NEAR(offset.dot(paper.half_u.cross(paper.half_v)), 0, 1e-9);
+      out += std::abs(offset.dot(paper.half_u)) < paper.half_u.squaredNorm() &&
+             std::abs(offset.dot(paper.half_v)) < paper.half_v.squaredNorm();
+    }
+  }
+  return out;
+}
+
+// On the floor, and on a wall where there is no floor.
+TEST(Renderer, ScribbleStaysOffThePapers) {
+  TagGrid grid;
+  grid.rows = grid.columns = 3;
+  grid.row_gaps_m = grid.column_gaps_m = {0.152, 0.152};
+  for (const bool on_wall : {false, true}) {
+    RendererOptions options = Plain();
+    options.scene.floor = !on_wall;
+    options.scene.walls = on_wall;
+    const Pose world_from_mat = on_wall ? MakePose(ExpSo3({1.5, 0.2, 0}), {1, 2, 1}) : Pose();
+    std::vector<Tag> tags = MakeTagMap(grid).tags();
+    for (Tag& tag : tags) tag.world_from_tag = world_from_mat * tag.world_from_tag;
+    const TagMap map("tag36h11", tags);
+    options.scene.scribbles_per_m2 = 400;
+    const Renderer with = MustMake({}, map, options);
+    options.scene.scribbles_per_m2 = 0;
+    const Renderer without = MustMake({}, map, options);
+    const Pose pose = world_from_mat * Above(0.35, 0.35, 0.8, {0.2, 0.1, 0.5});
+    const cv::Mat scribbled = Render(with, pose), clean = Render(without, pose);
+    EXPECT_GT(cv::countNonZero(scribbled != clean), 1000);
+    const Scene& scene = with.scene();
+    const auto& drawn = on_wall ? scene.walls().front().scribbles : scene.scribbles();
+    EXPECT_GT(drawn.size(), 300u);
+    EXPECT_EQ(CentresOnPapers(drawn, scene.tags()), 0);
+    EXPECT_EQ(DifferencesOnPapers(with.scene().tags(), pose, scribbled, clean), 0);
+  }
 }
 
 TEST(Renderer, MotionBlurIsTheMeanOverTheExposure) {

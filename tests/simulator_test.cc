@@ -169,8 +169,9 @@ TEST(Simulator, FaultsComeInTheirShares) {
   EXPECT_NEAR(wrong / detected, 0.1, 0.03);
 }
 
-// On a wall in front of another: the one behind is hidden, the ones seen from their back, too.
-TEST(Simulator, TagsBehindTagsAreNotDetected) {
+// On a wall in front of another: the one behind is hidden, the ones seen from their back, too, and
+// with walls those behind the sheets that carry the others.
+TEST(Simulator, TagsBehindTagsAndWallsAreNotDetected) {
   const Eigen::Quaterniond flat = Eigen::Quaterniond::Identity();
   const TagMap map("tag36h11",
                    {{0, MakePose(flat, {0, 0, 0}), 0.15},
@@ -180,11 +181,17 @@ TEST(Simulator, TagsBehindTagsAreNotDetected) {
   std::vector<TruthSample> poses(2);
   poses[1].t_ns = kSecond;
   for (TruthSample& pose : poses) pose.world_from_body = MakePose(flat, {0.1, 0.1, 1.2});
-  const auto simulator = Simulator::Make({}, CourseCamFromBody(), map,
-                                         *SplineTrajectory::Fit(poses, {}), DetectionsOnly());
-  std::vector<int> ids;
-  for (const TagDetection& tag : simulator->MakeFrame(0, 0).detections) ids.push_back(tag.id);
-  EXPECT_THAT(ids, ::testing::ElementsAre(1, 2));
+  SimulatorOptions options = DetectionsOnly();
+  const auto ids = [&] {
+    const auto simulator =
+        Simulator::Make({}, CourseCamFromBody(), map, *SplineTrajectory::Fit(poses, {}), options);
+    std::vector<int> out;
+    for (const TagDetection& tag : simulator->MakeFrame(0, 0).detections) out.push_back(tag.id);
+    return out;
+  };
+  EXPECT_THAT(ids(), ::testing::ElementsAre(1, 2));
+  options.renderer.scene.walls = true;
+  EXPECT_THAT(ids(), ::testing::ElementsAre(1));
 }
 
 TEST(Simulator, ImuIsTheDerivativeOfThePath) {
