@@ -249,5 +249,31 @@ TEST_F(SlowFormatsProgram, AFloorAndTwoWallsAreEstimatedToTheBound) {
   }
 }
 
+// Images that show all, but no detections for a while: tracked points on the floor and the walls
+// bridge it.
+TEST_F(SlowFormatsProgram, TracksOnAFloorAndTwoWallsBridgeAGap) {
+  WriteText(folder_ / "room.yaml", Room());
+  RunWell("tagtwist_simulate",
+          {"--config", "room.yaml", "--output", "rec", "--trajectory", "agile", "--height", "1",
+           "--duration", "3", "--rate", "20", "--supersampling", "1", "--walls"});
+  std::istringstream lines(ReadText(folder_ / "rec/detections.csv"));
+  std::string kept;
+  for (std::string line; std::getline(lines, line);) {
+    const double t_s = line[0] == 't' ? 0 : std::stod(line);
+    if (t_s < 1.2 || t_s > 1.8) kept += line + "\n";
+  }
+  WriteText(folder_ / "rec/detections.csv", kept);
+  for (const std::string mode : {"--nosliding_window", "--sliding_window"}) {
+    const auto errors = [&](const std::string& tracks) {
+      Estimate({"--config", "room.yaml", "--dataset", "rec", "--use_detections", mode, tracks});
+      return nlohmann::json::parse(ReadText(folder_ / "out/summary.json"))["accuracy"]["optimised"];
+    };
+    const auto with = errors("--tracks"), without = errors("--notracks");
+    for (const char* key : {"position_rmse_m", "rotation_rmse_rad", "rate_rmse_radps"}) {
+      EXPECT_LT(with[key].get<double>(), 0.8 * without[key].get<double>()) << mode << key;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tagtwist
