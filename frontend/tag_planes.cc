@@ -9,9 +9,11 @@ namespace {
 constexpr double kOnPlaneM = 2e-3;
 constexpr double kWorldPlaneM = 1e-9;
 
-// True when a tag's corners lie within `tolerance_m` of the plane and its z points the same way.
+// True when a tag's corners, its bend left aside, lie within `tolerance_m` of the plane and its z
+// points the same way.
 bool IsOnPlane(const Tag& tag, const Pose& world_from_plane, double tolerance_m) {
   Tag in_plane = tag;
+  in_plane.bend_m = 0;
   in_plane.world_from_tag = Inverse(world_from_plane) * tag.world_from_tag;
   if (!((in_plane.world_from_tag.rotation() * Eigen::Vector3d::UnitZ()).z() > 0)) return false;
   const auto corners = TagCornersInWorld(in_plane);

@@ -16,7 +16,8 @@ struct TagPlanes {
   std::unordered_map<int, size_t> plane_of_tag;  // by tag id, index into world_from_plane
 };
 
-/// Tags are on one plane when their corners lie within 2 mm of it and they face the same way.
+/// Tags are on one plane when their corners lie within 2 mm of it and they face the same way. Bends
+/// do not count: a bent tag lies on the plane that it is bent about.
 TagPlanes FindTagPlanes(const std::vector<Tag>& tags);
 
 /// Where on each plane its tags lie, x and y of the plane [m]: the box of their corners, a tag's
