@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/measurement_stream.h"
+#include "apps/on_threads.h"
 #include "apps/progress.h"
 #include "apps/state_stream.h"
 #include "apps/stopwatch.h"
@@ -75,10 +76,11 @@ Status ForEachFrame(const std::string& dataset, DataSource* source, const RunOpt
 }
 
 Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, const Config& config,
-                            const EstimatorSetup& setup, const RunOptions& options) {
+                            EstimatorSetup setup, const RunOptions& options) {
   Estimate estimate;
   estimate.mode = "batch";
-  BatchEstimator batch(setup);
+  setup.for_ranges = OnOpenCvThreads(options.threads);
+  BatchEstimator batch(std::move(setup));
   const auto read = ForEachFrame(
       dataset, source, options,
       MeasurementStream::Create(source, config, options.use_detections, options.threads), &estimate,
@@ -87,6 +89,7 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
         return Ok();
       });
   if (!read) return read.error();
+  const OpenCvThreads threads(options.threads);  // the frames had theirs
   const Stopwatch watch;
   auto result = batch.Solve();
   if (result && config.line_time_s != 0) {

@@ -2,11 +2,13 @@
 
 #include <gflags/gflags.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <optional>
 
+#include "apps/on_threads.h"
 #include "bench/cpu_clock.h"
 #include "bench/flights.h"
 #include "bench/plain_ceres.h"
@@ -18,6 +20,7 @@
 DEFINE_double(duration, 17.65, "Seconds of the flight, 49 frames each.");
 DEFINE_double(corner_noise_px, 0.3, "Noise of the corners, standard deviation [px].");
 DEFINE_int32(repeat, 5, "Times every method runs, in turn; the table has the medians.");
+DEFINE_int32(threads, 2, "Of the last row.");
 DEFINE_int32(seed, 1, "Of everything random.");
 
 namespace tagtwist {
@@ -27,14 +30,17 @@ namespace {
 struct Row {
   std::string name;
   std::function<Result<std::vector<BodyState>>()> run;  // nothing to judge: no states
-  std::vector<double> cpu_ms = {};
+  std::vector<double> cpu_ms = {}, wall_ms = {};
   double position_m = 0, velocity_mps = 0;  // RMSE
 };
 
 Status RunOnce(const std::vector<TruthSample>& truth, Row* row) {
+  const auto start = std::chrono::steady_clock::now();
   const CpuClock clock(CLOCK_PROCESS_CPUTIME_ID);
   const auto states = row->run();
   row->cpu_ms.push_back(clock.ElapsedMs());
+  const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
+  row->wall_ms.push_back(wall.count());
   if (!states) return states.error();
   double position = 0, velocity = 0;
   for (size_t i = 0; i < states->size(); ++i) {
@@ -115,11 +121,12 @@ Row SolveRow(const std::string& name, const EstimatorSetup& setup, const NoiseMo
 }
 
 void Print(const std::vector<Row>& rows, double reference_ms) {
-  std::printf("%-52s %9s %8s %9s %9s\n", "", "CPU ms", "x ref", "pos. mm", "vel. mm/s");
+  std::printf("%-52s %9s %8s %9s %9s %9s\n", "", "CPU ms", "x ref", "wall ms", "pos. mm",
+              "vel. mm/s");
   for (const Row& row : rows) {
     const double ms = Quantile(row.cpu_ms, 0.5);
-    std::printf("%-52s %9.1f %8.2f %9.3f %9.2f\n", row.name.c_str(), ms, ms / reference_ms,
-                1e3 * row.position_m, 1e3 * row.velocity_mps);
+    std::printf("%-52s %9.1f %8.2f %9.1f %9.3f %9.2f\n", row.name.c_str(), ms, ms / reference_ms,
+                Quantile(row.wall_ms, 0.5), 1e3 * row.position_m, 1e3 * row.velocity_mps);
   }
 }
 
@@ -132,6 +139,9 @@ Status Measure() {
   options.clock = "stamps";  // the simulator's stamps are exact
   const EstimatorSetup setup =
       MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
+  const OpenCvThreads threads(FLAGS_threads);
+  EstimatorSetup threaded = setup;
+  threaded.for_ranges = OnOpenCvThreads(FLAGS_threads);
   EstimatorSetup on_acceleration = setup;
   on_acceleration.options.motion_prior = "acceleration";
   const auto seeds = SeedFrames(setup, flight->measurements);
@@ -148,7 +158,8 @@ Status Measure() {
       SeedsRow(setup, *flight),
       BatchRow("tagtwist batch, all but files, noise given", setup, Given(options, learned->noise),
                *flight),
-      BatchRow("tagtwist batch, all but files, noise learned", setup, options, *flight)};
+      BatchRow("tagtwist batch, all but files, noise learned", setup, options, *flight),
+      BatchRow("the same, by the threads", threaded, options, *flight)};
   for (int i = 0; i < FLAGS_repeat; ++i) {
     for (Row& row : rows) {
       if (const auto ran = RunOnce(flight->truth, &row); !ran) return ran;
@@ -168,13 +179,15 @@ Usage BatchUsage() {
           "[--duration S] [...]",
           "What a batch takes from corners on, beside the same problem in plain Ceres (automatic\n"
           "differentiation, one residual block a corner, no covariance) from the same seeds.",
-          {{"The flight", {"duration", "corner_noise_px", "seed"}}, {"Running", {"repeat"}}}};
+          {{"The flight", {"duration", "corner_noise_px", "seed"}},
+           {"Running", {"repeat", "threads"}}}};
 }
 
 std::optional<std::string> FlagProblem() {
   return FirstFlagProblem({CheckRange("duration", FLAGS_duration, 1, 3600),
                            CheckRange("corner_noise_px", FLAGS_corner_noise_px, 0, 10),
                            CheckRange("repeat", FLAGS_repeat, 1, 1000),
+                           CheckRange("threads", FLAGS_threads, 1, 256),
                            CheckRange("seed", FLAGS_seed, 0, 1e9)});
 }
 

@@ -70,10 +70,11 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 
 // Of all states; calibrated where the prior's densities are learned.
 std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
+                                              const ForRanges& for_ranges,
                                               const Solution& solution) {
   std::vector<StateCovariance> out;
   if (MotionIsLearned(options)) {
-    const PriorCalibration calibration = CalibratePrior(solution.graph);
+    const PriorCalibration calibration = CalibratePrior(solution.graph, for_ranges);
     out = Calibrated(calibration.statistic.Power(), calibration);
   }
   if (!out.empty()) return out;
@@ -140,6 +141,57 @@ void BatchEstimator::TakeTagsAsOfStamps(double line_time_s,
   }
 }
 
+void BatchEstimator::FillFrames(std::vector<GraphFrame> solved,
+                                const std::vector<int>& state_of_frame,
+                                const std::vector<StateCovariance>& covariances,
+                                const std::optional<SteadyClock>& clock, BatchResult* out) const {
+  const auto fill = [&](size_t i) {
+    const int k = state_of_frame[i];
+    GraphFrame& frame = solved[i];
+    StateAndCovariance at{frame.state, StateCovariance::Zero()};
+    if (k >= 0) at.covariance = covariances[static_cast<size_t>(k)];
+    if (k < 0 || clock) {
+      // A row says where the body was at its stamp.
+      const StateCovariance calibration =
+          k < 0 ? StateCovariance(StateCovariance::Zero())
+                : StateCovariance(
+                      at.covariance -
+                      out->trajectory.covariances[static_cast<size_t>(k)].topLeftCorner<12, 12>());
+      at = *out->trajectory.At(measurements_[i].t_ns);
+      at.covariance += calibration;
+      if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);
+    }
+    const auto bound =
+        PoseBound(setup_, out->noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
+    frame.t_ns = measurements_[i].t_ns;
+    frame.state = at.state;
+    out->frames[i] =
+        ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame, at.covariance);
+    out->frames[i].pose_bound = bound;
+  };
+  out->frames.resize(solved.size());
+  setup_.for_ranges(solved.size(), [&](size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) fill(i);
+  });
+}
+
+TagAudit BatchEstimator::Audit(const std::vector<GraphFrame>& solved,
+                               const std::vector<int>& state_of_frame, BatchResult* out) const {
+  TagAudit audit;
+  ReprojectionTally tally;
+  for (size_t i = 0; i < solved.size(); ++i) {
+    const GraphFrame& frame = solved[i];
+    audit.Add(setup_, frame, measurements_[i].tags);
+    if (state_of_frame[i] < 0) continue;
+    const std::vector<double> errors = ReprojectionErrors(setup_, frame);
+    out->reprojection_px.insert(out->reprojection_px.end(), errors.begin(), errors.end());
+    tally.Add(setup_.camera, setup_.map, frame.t_ns,
+              setup_.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
+  }
+  out->reprojection = tally.Errors();
+  return audit;
+}
+
 Result<BatchResult> BatchEstimator::Solve() const {
   auto seeds = SeedFrames(setup_, measurements_);
   if (!seeds) return seeds.error();
@@ -154,43 +206,20 @@ Result<BatchResult> BatchEstimator::Solve() const {
   auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 
-  TagAudit audit;
-  ReprojectionTally reprojection;
-  const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
+  const std::vector<StateCovariance> covariances =
+      StateCovariances(setup_.options, setup_.for_ranges, *solution);
   out.trajectory = MakeTrajectory(std::move(*solution), out.noise);
   for (size_t i = 0; i < seeds->size(); ++i) {
+    GraphFrame& frame = (*seeds)[i];
     const int k = state_of_frame[i];
-    GraphFrame frame = std::move(k < 0 ? (*seeds)[i] : input.frames[static_cast<size_t>(k)]);
-    if (k < 0) frame.state = out.trajectory.At(frame.t_ns)->state;
-    audit.Add(setup_, frame, measurements_[i].tags);
-    StateAndCovariance at{frame.state, StateCovariance::Zero()};
     if (k >= 0) {
-      const std::vector<double> errors = ReprojectionErrors(setup_, frame);
-      out.reprojection_px.insert(out.reprojection_px.end(), errors.begin(), errors.end());
-      reprojection.Add(setup_.camera, setup_.map, frame.t_ns,
-                       setup_.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
-      at.covariance = covariances[static_cast<size_t>(k)];
+      frame = std::move(input.frames[static_cast<size_t>(k)]);
+    } else {
+      frame.state = out.trajectory.At(frame.t_ns)->state;
     }
-    const auto bound =
-        PoseBound(setup_, out.noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
-    if (k < 0 || clock) {
-      // A row says where the body was at its stamp.
-      const StateCovariance calibration =
-          k < 0 ? StateCovariance(StateCovariance::Zero())
-                : StateCovariance(
-                      at.covariance -
-                      out.trajectory.covariances[static_cast<size_t>(k)].topLeftCorner<12, 12>());
-      at = *out.trajectory.At(measurements_[i].t_ns);
-      at.covariance += calibration;
-      if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);
-    }
-    frame.t_ns = measurements_[i].t_ns;
-    frame.state = at.state;
-    out.frames.push_back(
-        ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame, at.covariance));
-    out.frames.back().pose_bound = bound;
   }
-  out.reprojection = reprojection.Errors();
+  const TagAudit audit = Audit(*seeds, state_of_frame, &out);
+  FillFrames(std::move(*seeds), state_of_frame, covariances, clock, &out);
   out.warnings = audit.Warnings();
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);

@@ -1,11 +1,15 @@
 #pragma once
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "estimator/estimate.h"
 #include "estimator/graph_builder.h"
 #include "estimator/smoother.h"
+#include "estimator/tag_audit.h"
 #include "estimator/track_segments.h"
 #include "estimator/trajectory.h"
+#include "frontend/steady_clock.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/result.h"
 
@@ -41,6 +45,15 @@ class BatchEstimator {
   /// `input` the states and the tags that were used.
   Result<Solution> SolveWithTrustedTags(const std::vector<int>& state_of_frame, GraphInput* input,
                                         NoiseModel* noise) const;
+
+  /// The rows of all frames, from where the graph has them; of those that had no state in it (-1)
+  /// from the trajectory.
+  void FillFrames(std::vector<GraphFrame> solved, const std::vector<int>& state_of_frame,
+                  const std::vector<StateCovariance>& covariances,
+                  const std::optional<SteadyClock>& clock, BatchResult* out) const;
+  /// How well the tags agree with that; their errors go to `out`.
+  TagAudit Audit(const std::vector<GraphFrame>& solved, const std::vector<int>& state_of_frame,
+                 BatchResult* out) const;
 
   EstimatorSetup setup_;
   TrackSegmenter segmenter_;

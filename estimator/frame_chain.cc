@@ -1,6 +1,7 @@
 #include "estimator/frame_chain.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -136,27 +137,49 @@ bool FrameChain::LinearizeTags(size_t k) {
 }
 
 bool FrameChain::LinearizeWhatMoved(double neglected) {
-  for (size_t k = 0; k < forms_.size(); ++k) {
-    const Vector6 moved = MovedFromReference(k);
-    const double sigmas = std::sqrt(unit_ * moved.dot(forms_[k].hessian * moved));
-    const bool holds = moved.isZero(0) || moved.norm() * sigmas <= neglected;  // false where NaN
-    if (!holds && !LinearizeTags(k)) return false;
-  }
-  return true;
+  std::atomic<bool> all_seen{true};
+  setup_.for_ranges(forms_.size(), [&](size_t first, size_t last) {
+    for (size_t k = first; k < last; ++k) {
+      const Vector6 moved = MovedFromReference(k);
+      const double sigmas = std::sqrt(unit_ * moved.dot(forms_[k].hessian * moved));
+      const bool holds = moved.isZero(0) || moved.norm() * sigmas <= neglected;  // false where NaN
+      if (!holds && !LinearizeTags(k)) all_seen = false;
+    }
+  });
+  return all_seen;
+}
+
+void FrameChain::LinearizeMotion(size_t k, Eigen::Matrix<double, 18, 1>* residual,
+                                 Eigen::Matrix<double, 18, 36>* jacobian) const {
+  const GraphState &a = states_[k], &b = states_[k + 1];
+  const double* const parameters[] = {a.pose.params.data(), a.rates.data(), b.pose.params.data(),
+                                      b.rates.data()};
+  motions_[k].Linearize(parameters, residual, jacobian);
+}
+
+double FrameChain::AddMotionFrom(size_t k, LinearSystem* out) const {
+  Eigen::Matrix<double, 18, 1> residual;
+  Eigen::Matrix<double, 18, 36> jacobian;
+  LinearizeMotion(k, &residual, &jacobian);
+  AddMotion(static_cast<int>(k), residual, jacobian, out);
+  return 0.5 * residual.squaredNorm();
 }
 
 LinearSystem FrameChain::Assemble() const {
   const int size = static_cast<int>(states_.size());
   LinearSystem out{BlockBandedMatrix(size, std::min(size - 1, 1)),
                    Eigen::VectorXd::Zero(kSize * size), 0, true};
-  Graph first = first_;
-  first.states = {states_.front()};
-  const LinearSystem prior = Linearize(first);
-  out.hessian.At(0, 0) += prior.hessian.At(0, 0);
-  out.gradient.head<kSize>() += prior.gradient;
-  out.cost += prior.cost;
-  Eigen::Matrix<double, 18, 1> residual;
-  Eigen::Matrix<double, 18, 36> jacobian;
+  // A range's last motion reaches into the next range's first state: it is added afterwards. No
+  // state gets more than two terms until then, so that their order does not matter.
+  std::vector<double> costs(motions_.size());
+  std::vector<char> is_last(motions_.size());
+  setup_.for_ranges(motions_.size(), [&](size_t first, size_t last) {
+    for (size_t k = first; k + 1 < last; ++k) costs[k] = AddMotionFrom(k, &out);
+    is_last[last - 1] = true;
+  });
+  for (size_t k = 0; k < motions_.size(); ++k) {
+    out.cost += is_last[k] ? AddMotionFrom(k, &out) : costs[k];
+  }
   for (int k = 0; k < size; ++k) {
     const auto i = static_cast<size_t>(k);
     const Form& form = forms_[i];
@@ -164,14 +187,13 @@ LinearSystem FrameChain::Assemble() const {
     out.hessian.At(k, k).topLeftCorner<6, 6>() += unit_ * form.hessian;
     out.gradient.segment<6>(kSize * k) += unit_ * (form.gradient + added);
     out.cost += unit_ * (form.cost + moved.dot(form.gradient + 0.5 * added));
-    if (k + 1 == size) break;
-    const GraphState &a = states_[i], &b = states_[i + 1];
-    const double* const parameters[] = {a.pose.params.data(), a.rates.data(), b.pose.params.data(),
-                                        b.rates.data()};
-    motions_[i].Linearize(parameters, &residual, &jacobian);
-    AddMotion(k, residual, jacobian, &out);
-    out.cost += 0.5 * residual.squaredNorm();
   }
+  Graph first = first_;
+  first.states = {states_.front()};
+  const LinearSystem prior = Linearize(first);
+  out.hessian.At(0, 0) += prior.hessian.At(0, 0);
+  out.gradient.head<kSize>() += prior.gradient;
+  out.cost += prior.cost;
   return out;
 }
 
@@ -241,28 +263,34 @@ void FrameChain::AddTagStatistics(size_t k, const BlockBandedMatrix& covariance,
   }
 }
 
+void FrameChain::AddMotionStatisticFrom(size_t k, const BlockBandedMatrix& covariance,
+                                        NoiseStatistics* out) const {
+  if (first_tag_[k] == first_tag_[k + 2]) return;
+  LinearFactor linear;
+  Eigen::Matrix<double, 18, 1> residual;
+  Eigen::Matrix<double, 18, 36> jacobian;
+  LinearizeMotion(k, &residual, &jacobian);
+  linear.residual = residual;
+  linear.jacobian = jacobian;
+  AddMotionStatistic(linear, covariance, static_cast<int>(k), *noise_, out);
+  out->motion_s += ToSeconds(states_[k + 1].t_ns - states_[k].t_ns);
+  ++out->motions;
+}
+
 NoiseStatistics FrameChain::Statistics(const BlockBandedMatrix& covariance) {
   NoiseStatistics out;
   if (!LinearizeWhatMoved(0)) return out;
   std::vector<double> norms;
   for (const SeenTag& tag : tags_) norms.push_back(unit_ * tag.squared_norm);
   const double typical_scale = TypicalTagScale(std::move(norms));
-  LinearFactor linear;
-  Eigen::Matrix<double, 18, 1> residual;
-  Eigen::Matrix<double, 18, 36> jacobian;
-  for (size_t k = 0; k < states_.size(); ++k) {
-    AddTagStatistics(k, covariance, typical_scale, &out);
-    if (k + 1 == states_.size() || first_tag_[k] == first_tag_[k + 2]) continue;
-    const GraphState &a = states_[k], &b = states_[k + 1];
-    const double* const parameters[] = {a.pose.params.data(), a.rates.data(), b.pose.params.data(),
-                                        b.rates.data()};
-    motions_[k].Linearize(parameters, &residual, &jacobian);
-    linear.residual = residual;
-    linear.jacobian = jacobian;
-    AddMotionStatistic(linear, covariance, static_cast<int>(k), *noise_, &out);
-    out.motion_s += ToSeconds(b.t_ns - a.t_ns);
-    ++out.motions;
-  }
+  std::vector<NoiseStatistics> of_frame(states_.size());
+  setup_.for_ranges(of_frame.size(), [&](size_t first, size_t last) {
+    for (size_t k = first; k < last; ++k) {
+      AddTagStatistics(k, covariance, typical_scale, &of_frame[k]);
+      if (k + 1 < states_.size()) AddMotionStatisticFrom(k, covariance, &of_frame[k]);
+    }
+  });
+  for (const NoiseStatistics& statistics : of_frame) out += statistics;
   return out;
 }
 

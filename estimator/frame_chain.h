@@ -62,10 +62,16 @@ class FrameChain {
   bool LinearizeTags(size_t k);
   // False where a tag cannot be seen.
   bool LinearizeWhatMoved(double neglected);
+  void LinearizeMotion(size_t k, Eigen::Matrix<double, 18, 1>* residual,
+                       Eigen::Matrix<double, 18, 36>* jacobian) const;
+  // From state k on; its cost is returned.
+  double AddMotionFrom(size_t k, LinearSystem* out) const;
   LinearSystem Assemble() const;
   double LogDetInformation() const;
   void AddTagStatistics(size_t k, const BlockBandedMatrix& covariance, double typical_scale,
                         NoiseStatistics* out) const;
+  void AddMotionStatisticFrom(size_t k, const BlockBandedMatrix& covariance,
+                              NoiseStatistics* out) const;
 
   const EstimatorSetup& setup_;
   const GraphInput& input_;

@@ -4,6 +4,7 @@
 
 #include "estimator/estimate.h"
 #include "estimator/estimator_options.h"
+#include "estimator/for_ranges.h"
 #include "estimator/graph.h"
 #include "estimator/track_planes.h"
 #include "estimator/track_segments.h"
@@ -20,6 +21,7 @@ struct EstimatorSetup {
   TagMap map;
   EstimatorOptions options;
   std::vector<TrackPlane> planes;  // of the map
+  ForRanges for_ranges = InOneRange;  // how a batch does work that can be split
 };
 
 /// Finds the map's planes.

@@ -30,15 +30,17 @@ Twist TwistBetween(const GraphFrame& a, const GraphFrame& b) {
 std::vector<size_t> SeedPoses(const EstimatorSetup& setup,
                               const std::vector<FrameMeasurements>& measurements,
                               std::vector<GraphFrame>* frames) {
-  std::vector<PoseChoice> choices;
-  choices.reserve(measurements.size());
-  for (const FrameMeasurements& m : measurements) {
-    const PoseSeed seed = SeedPose(m.tags, setup.map, setup.camera, setup.cam_from_body);
-    choices.push_back({m.t_ns, AgreeingTags(m.tags, seed), {}});
-    if (seed.status != PoseSeedStatus::kOk) continue;
-    choices.back().poses = seed.alternatives;
-    choices.back().poses.insert(choices.back().poses.begin(), seed.world_from_body);
-  }
+  std::vector<PoseChoice> choices(measurements.size());
+  setup.for_ranges(choices.size(), [&](size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      const FrameMeasurements& m = measurements[i];
+      const PoseSeed seed = SeedPose(m.tags, setup.map, setup.camera, setup.cam_from_body);
+      choices[i] = {m.t_ns, AgreeingTags(m.tags, seed), {}};
+      if (seed.status != PoseSeedStatus::kOk) continue;
+      choices[i].poses = seed.alternatives;
+      choices[i].poses.insert(choices[i].poses.begin(), seed.world_from_body);
+    }
+  });
   const std::vector<std::optional<Pose>> path = LikeliestPath(setup, choices);
   std::vector<size_t> known;
   for (size_t i = 0; i < path.size(); ++i) {
