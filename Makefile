@@ -17,8 +17,10 @@ demo: build
 	@scripts/demo
 
 # Every test in release, and then all but the slow and real-data ones under the address and
-# undefined-behaviour sanitizers.
+# undefined-behaviour sanitizers. With ROS bags, and the report in a real browser.
 test: setup
+	@scripts/setup test
+	@scripts/setup rosbag
 	@cmake --preset release --log-level=WARNING
 	@cmake --build --preset release --parallel $(JOBS)
 	@ctest --preset release --parallel $(JOBS)
