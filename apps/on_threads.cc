@@ -1,11 +1,14 @@
 #include "apps/on_threads.h"
 
+#include <algorithm>
 #include <opencv2/core/utility.hpp>
+
+#include "apps/in_order.h"
 
 namespace tagtwist {
 
 OpenCvThreads::OpenCvThreads(int threads) : before_(cv::getNumThreads()) {
-  cv::setNumThreads(threads);
+  cv::setNumThreads(std::min(threads, ResolveThreads(0)));
 }
 
 OpenCvThreads::~OpenCvThreads() { cv::setNumThreads(before_); }

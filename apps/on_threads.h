@@ -6,7 +6,7 @@ namespace tagtwist {
 /// Spreads work over OpenCV's threads, as many as it has then but for these at most.
 ForRanges OnOpenCvThreads(int threads);
 
-/// While it lives, OpenCV has that many threads; then as many as before.
+/// While it lives, OpenCV has that many threads, no more than the machine; then as many as before.
 class OpenCvThreads {
  public:
   explicit OpenCvThreads(int threads);

@@ -20,7 +20,7 @@ struct EstimatorSetup {
   Pose cam_from_body;
   TagMap map;
   EstimatorOptions options;
-  std::vector<TrackPlane> planes;  // of the map
+  std::vector<TrackPlane> planes;     // of the map
   ForRanges for_ranges = InOneRange;  // how a batch does work that can be split
 };
 
