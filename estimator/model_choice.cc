@@ -77,6 +77,27 @@ NoiseModel LearnRoughly(const EstimatorSetup& setup, const NoiseModel& noise,
 
 }  // namespace
 
+namespace {
+
+// The frames at their stamps and at a clock's ticks, under the noise that each learns.
+struct ClockAccounts {
+  Account stamped, steady;
+};
+
+ClockAccounts CompareClocks(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
+                            const SteadyClock& clock, const NoiseModel& start,
+                            const LearnOptions& learn) {
+  std::vector<GraphFrame> ticking = frames;
+  TakeAtTimes(clock.t_ns, &ticking);
+  std::vector<GraphFrame> at_stamps = WithTags(frames), at_ticks = WithTags(ticking);
+  ClockAccounts out;
+  out.stamped = Learn(setup, LearnRoughly(setup, start, at_stamps), learn, &at_stamps);
+  out.steady = Learn(setup, out.stamped.noise, learn, &at_ticks);
+  return out;
+}
+
+}  // namespace
+
 std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
                                        const std::vector<GraphFrame>& frames, NoiseModel* noise) {
   if (setup.options.clock == "stamps") return std::nullopt;
@@ -87,16 +108,22 @@ std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
   // Jitter this small moves nothing by as much as the corners' noise does.
   constexpr double kLeastJitterS = 2e-4;
   if (clock->rms_s < kLeastJitterS) return std::nullopt;
-  const auto size = static_cast<std::ptrdiff_t>(std::min(kWhole.size(), frames.size()));
-  std::vector<GraphFrame> first(frames.begin(), frames.begin() + size), ticking = first;
-  TakeAtTimes(clock->t_ns, &ticking);
-  std::vector<GraphFrame> at_stamps = WithTags(first), at_ticks = WithTags(ticking);
-  const NoiseModel rough = LearnRoughly(setup, *noise, at_stamps);
-  const Account stamped = Learn(setup, rough, kWhole.learn, &at_stamps),
-                steady = Learn(setup, stamped.noise, kWhole.learn, &at_ticks);
-  *noise = stamped.noise;
-  if (!stamped.likelihood || !IsLikelier(steady, stamped, kClearly)) return std::nullopt;
-  *noise = steady.noise;
+  const auto of_first = [&](size_t most, const LearnOptions& learn) {
+    const auto size = static_cast<std::ptrdiff_t>(std::min(most, frames.size()));
+    return CompareClocks(setup, {frames.begin(), frames.begin() + size}, *clock, *noise, learn);
+  };
+  // Times that are wrong by more than the corners can bear settle on no noise, and need not.
+  constexpr double kBeyondPrecision = 10 * kClearly;
+  ClockAccounts accounts = of_first(kSmall.size(), {0.1, kWhole.learn.least_dof});
+  if (!IsLikelier(accounts.stamped, accounts.steady, kBeyondPrecision) &&
+      !IsLikelier(accounts.steady, accounts.stamped, kBeyondPrecision)) {
+    accounts = of_first(kWhole.size(), kWhole.learn);
+  }
+  *noise = accounts.stamped.noise;
+  if (!accounts.stamped.likelihood || !IsLikelier(accounts.steady, accounts.stamped, kClearly)) {
+    return std::nullopt;
+  }
+  *noise = accounts.steady.noise;
   return clock;
 }
 
