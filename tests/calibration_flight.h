@@ -1,6 +1,9 @@
 #pragma once
+#include <algorithm>
+#include <string>
 #include <vector>
 
+#include "estimator/calibration.h"
 #include "estimator/calibration_problem.h"
 #include "estimator/config.h"
 #include "frontend/types/body_state.h"
@@ -41,5 +44,31 @@ struct CalibrationFlight {
 };
 
 CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options);
+
+/// Whether one of the lines has that part.
+inline bool Says(const std::vector<std::string>& lines, const std::string& part) {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(part) != std::string::npos; });
+}
+
+/// Of frames not fitted to, where the group was applied; else 0.
+inline double Gain(const Calibration& calibration, CalibrationGroup group) {
+  for (const GroupVerdict& verdict : calibration.validation.verdicts) {
+    if (verdict.group == group) return verdict.applied ? verdict.gain : 0;
+  }
+  return 0;
+}
+
+constexpr double kBendSigma = 0.007;  // in sides, 1.06 mm
+
+/// Few frames and tags: every calibration is twenty and more searches.
+inline CalibrationFlightOptions ShortFlight() {
+  CalibrationFlightOptions options;
+  options.rows = 4;
+  options.columns = 4;
+  options.frames = 80;
+  options.rate_hz = 7;  // between the samples of the ground truth, not on them
+  return options;
+}
 
 }  // namespace tagtwist
