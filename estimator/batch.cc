@@ -70,11 +70,10 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 
 // Of all states; calibrated where the prior's densities are learned.
 std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
-                                              const ForRanges& for_ranges,
                                               const Solution& solution) {
   std::vector<StateCovariance> out;
   if (MotionIsLearned(options)) {
-    const PriorCalibration calibration = CalibratePrior(solution.graph, for_ranges);
+    const PriorCalibration calibration = CalibratePrior(solution.graph);
     out = Calibrated(calibration.statistic.Power(), calibration);
   }
   if (!out.empty()) return out;
@@ -206,8 +205,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
   auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 
-  const std::vector<StateCovariance> covariances =
-      StateCovariances(setup_.options, setup_.for_ranges, *solution);
+  const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
   out.trajectory = MakeTrajectory(std::move(*solution), out.noise);
   for (size_t i = 0; i < seeds->size(); ++i) {
     GraphFrame& frame = (*seeds)[i];

@@ -91,9 +91,9 @@ double PowerStatistic::Power() const {
   return std::clamp(1 + (RawPower() - 1) * precision / (1 + precision), 0.05, 5.0);
 }
 
-PriorCalibration CalibratePrior(const Graph& graph, const ForRanges& for_ranges) {
+PriorCalibration CalibratePrior(const Graph& graph) {
   PriorCalibrator calibrator(graph);
-  calibrator.TakeAll(for_ranges);
+  while (!calibrator.done()) calibrator.Step();
   return calibrator.result();
 }
 
@@ -128,17 +128,6 @@ void PriorCalibrator::Step() {
     default:
       Finish();
   }
-}
-
-void PriorCalibrator::TakeAll(const ForRanges& for_ranges) {
-  if (step_ == 0) {
-    for_ranges(2, [this](size_t first, size_t last) {
-      for (size_t i = first; i < last; ++i)
-        (i == 0 ? stiff_ : loose_) = InvertAt(i == 0 ? kStep : -kStep);
-    });
-    step_ = 2;
-  }
-  while (!done()) Step();
 }
 
 void PriorCalibrator::Finish() {

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "estimator/block_banded.h"
-#include "estimator/for_ranges.h"
 #include "estimator/graph.h"
 #include "estimator/linear_system.h"
 #include "frontend/types/body_state.h"
@@ -42,7 +41,7 @@ struct PriorCalibration {
 /// quadratic form T = r'A P A'r weighs the motion most at the limit of resolution. Its expectation
 /// is tr(M - M^2) under the prior, tr(M^2 - M^3) if there is nothing but noise, M = P A'A; the
 /// traces are derivatives of tr(M) by the logarithm of the density.
-PriorCalibration CalibratePrior(const Graph& graph, const ForRanges& for_ranges = InOneRange);
+PriorCalibration CalibratePrior(const Graph& graph);
 
 /// The same in steps of like length, for whoever has little time at once: the graph is linearised
 /// at first, and each of three steps factorises and inverts.
@@ -51,8 +50,6 @@ class PriorCalibrator {
   explicit PriorCalibrator(const Graph& graph);
   bool done() const { return step_ == kSteps; }
   void Step();
-  /// All steps, some of them at a time.
-  void TakeAll(const ForRanges& for_ranges);
   /// Once it is done.
   const PriorCalibration& result() const { return result_; }
 
