@@ -144,8 +144,9 @@ std::string LiveText(const Estimate& estimate) {
                 Quantile(live.latency_ms, 0.99));
 }
 
-// Everything between the flags and the last line printed.
-Status Run(const EstimateJob& job, Config config) {
+// Everything between the flags and the last line printed. --tracks is of this run alone: what a
+// calibration writes goes on with what the configuration said.
+Status Run(const EstimateJob& job, Config config, bool configured_tracks) {
   const Stopwatch watch;
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
   if (!job.overlay.empty()) {
@@ -172,6 +173,7 @@ Status Run(const EstimateJob& job, Config config) {
     auto calibration = CalibrateFirst(job, config, context.truth);
     if (!calibration) return calibration.error();
     config = calibration->config;
+    calibration->config.estimator.use_tracks = configured_tracks;
     context.calibration = std::move(*calibration);
   }
   auto estimate = RunEstimate(job.dataset, source->get(), config, options);
@@ -210,9 +212,10 @@ int main(int argc, char** argv) {
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // quiet: faults are told in one line, by us
   auto config = tagtwist::LoadConfig(job->config);
   if (!config) return tagtwist::Fail(usage, config.error().message);
+  const bool configured_tracks = config->estimator.use_tracks;
   if (const auto overridden = tagtwist::OverrideOptions(&config->estimator); !overridden) {
     return tagtwist::Fail(usage, overridden.error().message, 2);
   }
-  const auto done = tagtwist::Run(*job, *config);
+  const auto done = tagtwist::Run(*job, *config, configured_tracks);
   return done ? 0 : tagtwist::Fail(usage, done.error().message);
 }

@@ -188,6 +188,18 @@ TEST_F(RecordingFormats, AVideoIsTheSameFlight) {
   ExpectRefused({"--dataset", "flight.mkv", "--use_detections"}, "a video has no detections");
 }
 
+// Tracks left out of a calibration, which takes none, are not left out of what comes after it.
+TEST_F(FormatsProgram, ACalibrationWithoutTracksIsFlownWithThem) {
+  RunWell("tagtwist_simulate", {"--config", "mount.yaml", "--output", "rec", "--images=false",
+                                "--duration", "2", "--rate", "20"});
+  for (const std::string given : {"true", "false"}) {
+    WriteText(folder_ / "set.yaml", kMount + "estimator: {use_tracks: " + given + "}\n");
+    Estimate({"--dataset", "rec", "--config", "set.yaml", "--use_detections", "--notracks",
+              "--calibrate"});
+    EXPECT_THAT(ReadText(folder_ / "out/calibration.yaml"), HasSubstr("use_tracks: " + given));
+  }
+}
+
 // A floor of 6 x 6 tags and two walls of 6 x 4; the camera looks 35 degrees down and turns.
 std::string Room() {
   std::ostringstream out;
