@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 namespace tagtwist {
@@ -58,6 +59,11 @@ TwistRansacResult EstimateTwistRansac(const std::vector<FlowPoint>& flow,
     if (best.size() >= static_cast<size_t>(options.enough_inliers)) {
       result.stop = RansacStop::kEnoughInliers;
     }
+  }
+  // A sample always agrees with itself.
+  if (best.size() <= kSampleSize) {
+    best.resize(flow.size());
+    std::iota(best.begin(), best.end(), size_t{0});
   }
   result.twist_of_cam_in_cam = SolveTwist(flow, best);
   if (!result.twist_of_cam_in_cam) {

@@ -29,7 +29,8 @@ struct TwistRansacResult {
 /// Eq. 10, rounded down as there: 25 with the seed's numbers and samples of three); at least 1.
 int RansacIterations(double success, double inlier_ratio, int sample_size);
 
-/// Twist by three-point RANSAC and a refit on all inliers (seed section "Part 2").
+/// Twist by three-point RANSAC and a refit on all inliers (seed section "Part 2"); where no further
+/// point agrees with any sample, by least squares over all points.
 TwistRansacResult EstimateTwistRansac(const std::vector<FlowPoint>& flow,
                                       const TwistRansacOptions& options);
 

@@ -53,6 +53,24 @@ TEST(EstimateTwistRansac, BeatsPlainLeastSquaresWithAThirdOutliers) {
   EXPECT_LE(std::count(result.inlier_mask.begin(), result.inlier_mask.begin() + 45, true), 2);
 }
 
+// The corners of a single tag: three of them leave a twist so badly determined that the fourth does
+// not agree.
+TEST(EstimateTwistRansac, SamplesThatAgreeWithNothingButThemselvesAreNotBelieved) {
+  Scene scene = MakeScene(4, 0, 0, 5);
+  for (size_t i = 0; i < 4; ++i) {
+    scene.flow[i].point = {0.3 + (i == 1 || i == 2 ? 0.05 : 0), 0.2 + (i < 2 ? 0.05 : 0)};
+    scene.flow[i].depth_m = 1.5;
+    scene.flow[i].flow = InteractionMatrix(scene.flow[i].point, 1.5) * scene.truth +
+                         Eigen::Vector2d(i == 0 ? 0.02 : -0.01, i == 3 ? 0.02 : 0);
+  }
+  TwistRansacOptions options;
+  options.threshold = 0.01;
+  const auto result = EstimateTwistRansac(scene.flow, options);
+  ASSERT_TRUE(result.twist_of_cam_in_cam);
+  EXPECT_EQ(*result.twist_of_cam_in_cam, *SolveTwist(scene.flow));
+  EXPECT_EQ(result.n_inliers, 4);
+}
+
 TEST(EstimateTwistRansac, StopsAtEnoughInliers) {
   const Scene scene = MakeScene(250, 10, 0.001);
   TwistRansacOptions options;
