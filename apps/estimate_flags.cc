@@ -51,9 +51,10 @@ DEFINE_double(deadline_ms, 0,
               "it nears, what is known by then is the answer; 0: none.");
 DEFINE_int32(max_frames, 0, "Ends after so many frames; 0: all.");
 DEFINE_double(duration, 0, "Ends so long after the first frame [s]; 0: all.");
-DEFINE_bool(tracks, true,
-            "Points followed through the images help where tags are few. With --use_detections "
-            "and without tracks no image is read.");
+DEFINE_bool(
+    tracks, true,
+    "Points followed through the images help where tags are few; overrides the config. With "
+    "--use_detections and without tracks no image is read.");
 DEFINE_int32(window_frames, 0, "Frames in the window; 0: the config's.");
 DEFINE_double(
     corner_sigma_px, 0,
@@ -220,7 +221,7 @@ Status OverrideOptions(EstimatorOptions* options) {
   }
   if (!FLAGS_motion_prior.empty()) options->motion_prior = FLAGS_motion_prior;
   if (!FLAGS_clock.empty()) options->clock = FLAGS_clock;
-  if (!FLAGS_tracks) options->use_tracks = false;
+  if (!gflags::GetCommandLineFlagInfoOrDie("tracks").is_default) options->use_tracks = FLAGS_tracks;
   if (FLAGS_window_frames != 0) options->window_frames = FLAGS_window_frames;
   if (const auto problem = options->Problem()) return Error{"--" + *problem};
   return Ok();

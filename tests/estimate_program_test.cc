@@ -73,6 +73,15 @@ TEST_F(SlowEstimateProgram, AGapInTheTagsIsBridgedOnTracks) {
   EXPECT_EQ(summary["frames_estimated"], summary["frames"]);
   const std::string states = ReadText(Path("out") / "states.csv");
   EXPECT_NE(states.find("predicted"), std::string::npos);
+  // What the command line says goes over the configuration.
+  std::string config = ReadText(kSource + "/configs/course.yaml");
+  const size_t at = config.find("use_tracks: true");
+  ASSERT_NE(at, std::string::npos);
+  std::ofstream(Path("no_tracks.yaml")) << config.replace(at, 16, "use_tracks: false");
+  Estimate("without", {"--dataset", "flight", "--config", "no_tracks.yaml"});
+  Estimate("again", {"--dataset", "flight", "--config", "no_tracks.yaml", "--tracks"});
+  EXPECT_NE(ReadText(Path("without") / "states.csv"), states);
+  EXPECT_EQ(ReadText(Path("again") / "states.csv"), states);
   EXPECT_LT(summary["accuracy"]["optimised"]["position_rmse_m"].get<double>(), 5e-3);
 }
 
