@@ -56,7 +56,7 @@ TEST(EstimateTwistRansac, BeatsPlainLeastSquaresWithAThirdOutliers) {
 // The corners of a single tag: three of them leave a twist so badly determined that the fourth does
 // not agree.
 TEST(EstimateTwistRansac, SamplesThatAgreeWithNothingButThemselvesAreNotBelieved) {
-  Scene scene = MakeScene(4, 0, 0, 5);
+  Scene scene = MakeScene(4, 0, 1e-9, 5);
   for (size_t i = 0; i < 4; ++i) {
     scene.flow[i].point = {0.3 + (i == 1 || i == 2 ? 0.05 : 0), 0.2 + (i < 2 ? 0.05 : 0)};
     scene.flow[i].depth_m = 1.5;
