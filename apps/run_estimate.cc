@@ -168,10 +168,7 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
 
 Result<Estimate> RunEstimate(const std::string& dataset, DataSource* source, const Config& config,
                              const RunOptions& options) {
-  EstimatorOptions estimator = config.estimator;
-  if (config.line_time_s != 0) estimator.use_tracks = false;  // nothing tells where their rows were
-  const EstimatorSetup setup =
-      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, estimator);
+  const EstimatorSetup setup = SetupOf(config);
   return options.sliding_window ? RunInWindow(dataset, source, config, setup, options)
                                 : RunInBatch(dataset, source, config, setup, options);
 }

@@ -7,15 +7,6 @@
 #include "frontend/image_size.h"
 
 namespace tagtwist {
-namespace {
-
-EstimatorSetup SetupOf(const Config& config) {
-  EstimatorOptions options = config.estimator;
-  if (config.line_time_s != 0) options.use_tracks = false;  // nothing tells where their rows were
-  return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
-}
-
-}  // namespace
 
 Result<OnlineEstimator> OnlineEstimator::Create(const Config& config) {
   const TagDetectorOptions& options = config.front_end.detector;

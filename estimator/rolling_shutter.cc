@@ -4,6 +4,12 @@
 
 namespace tagtwist {
 
+EstimatorSetup SetupOf(const Config& config) {
+  EstimatorOptions options = config.estimator;
+  if (config.line_time_s != 0) options.use_tracks = false;
+  return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
+}
+
 std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, double line_time_s,
                                         const BodyState& at_stamp, std::vector<TagDetection> tags) {
   const auto project = [&](const BodyState& state, const Eigen::Vector3d& corner,

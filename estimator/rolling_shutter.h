@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "estimator/config.h"
 #include "estimator/graph_builder.h"
 #include "estimator/sliding_window.h"
 #include "frontend/types/body_state.h"
@@ -9,6 +10,10 @@
 #include "frontend/types/time_up.h"
 
 namespace tagtwist {
+
+/// A configuration's setup. Under a rolling shutter it is without tracks: nothing tells in which
+/// row their points were.
+EstimatorSetup SetupOf(const Config& config);
 
 /// Corners of a rolling shutter's frame as they would be had the whole image been taken at its
 /// stamp: each moved by the difference between its projections from the body's pose at the stamp

@@ -1,7 +1,6 @@
 #include "estimator/smoother.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "estimator/banded_solver.h"
