@@ -8,6 +8,7 @@
 #include "frontend/atomic_file.h"
 #include "frontend/ground_truth_io.h"
 #include "frontend/number_text.h"
+#include "frontend/run_files.h"
 
 DEFINE_string(ground_truth, "",
               "Ground truth of all inputs: CSV with columns t,x,y,z,qx,qy,qz,qw and where it has "
@@ -79,7 +80,21 @@ Result<Comparison> ReadAndCompare(const std::vector<std::string>& paths,
   return Compare(std::move(series), std::move(truth), truth_path, options);
 }
 
+Status CheckInputsAreKept(const std::vector<std::string>& paths) {
+  RunFiles files;
+  for (const std::string& path : paths) {
+    for (const std::string& file : FilesReadAt(path)) files.Reads("input", file);
+  }
+  files.Reads("--ground_truth", FLAGS_ground_truth);
+  for (const auto& checked : {files.Writes("--json", FLAGS_json),
+                              files.Writes("--html", FLAGS_html), files.WritesStandardOutput()}) {
+    if (!checked) return checked;
+  }
+  return Ok();
+}
+
 Status Run(const std::vector<std::string>& paths, const EvaluationOptions& options) {
+  if (const auto kept = CheckInputsAreKept(paths); !kept) return kept;
   const auto comparison = ReadAndCompare(paths, options);
   if (!comparison) return comparison.error();
   if (!FLAGS_json.empty()) {

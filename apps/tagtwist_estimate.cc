@@ -144,16 +144,36 @@ std::string LiveText(const Estimate& estimate) {
                 Quantile(live.latency_ms, 0.99));
 }
 
+// Names of older results that stay: this run reads them.
+Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
+  RunFiles files;
+  files.Reads("--config", job.config.config);
+  files.Reads("--camera_file", job.config.camera_file);
+  files.Reads("--map", job.config.map.path);
+  files.Reads("--ground_truth", job.ground_truth);
+  files.ReadsRecording("--dataset", job.dataset);
+  if (auto checked = files.Writes("--overlay", job.overlay); !checked) return checked.error();
+  const std::string stream = job.run.stream == "-" ? "" : job.run.stream;
+  if (auto checked = files.Writes("--stream", stream); !checked) return checked.error();
+  if (auto checked = files.WritesStandardOutput(); !checked) return checked.error();
+  const ResultKinds kinds{job.run.sliding_window, job.write_covariance, job.calibrate,
+                          job.map_unknown_tags};
+  return files.WritesSet("--output", ResultSet(job.output, kinds));
+}
+
 // Everything between the flags and the last line printed. --tracks is of this run alone: what a
 // calibration writes goes on with what the configuration said.
 Status Run(const EstimateJob& job, Config config, bool configured_tracks) {
   const Stopwatch watch;
+  auto kept = CheckInputsAreKept(job);
+  if (!kept) return kept.error();
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
   if (!job.overlay.empty()) {
     if (const auto fine = CheckOverlayOf(job, config); !fine) return fine;
   }
   ResultContext context;
   context.movable_tags = config.movable_tags;
+  context.kept = std::move(*kept);
   if (job.map_unknown_tags) {
     auto mapping = MapFirst(job, config);
     if (!mapping) return mapping.error();

@@ -10,6 +10,7 @@
 #include "estimator/mapping_text.h"
 #include "estimator/tag_map_file.h"
 #include "frontend/atomic_file.h"
+#include "frontend/run_files.h"
 
 DEFINE_string(check, "",
               "Map to check and describe: a configuration, Kalibr aprilgrid, WPILib field, TagSLAM "
@@ -88,7 +89,19 @@ Status MakeMap() {
   return WriteFileAtomically(FLAGS_output, MappingText(*mapping));
 }
 
+Status CheckInputsAreKept() {
+  RunFiles files;
+  files.Reads("--check", FLAGS_check);
+  files.Reads("--map", FLAGS_map);
+  files.Reads("--config", FLAGS_config);
+  files.ReadsRecording("--from", FLAGS_from);
+  if (auto checked = files.Writes("--render", FLAGS_render); !checked) return checked;
+  if (auto checked = files.Writes("--output", FLAGS_output); !checked) return checked;
+  return files.WritesStandardOutput();
+}
+
 Status Run() {
+  if (const auto kept = CheckInputsAreKept(); !kept) return kept;
   if (!FLAGS_from.empty()) return MakeMap();
   if (!FLAGS_check.empty()) {
     const auto map = Read(FLAGS_check);

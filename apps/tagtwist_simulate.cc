@@ -6,11 +6,24 @@
 
 #include "apps/simulate_flags.h"
 #include "estimator/config.h"
+#include "frontend/run_files.h"
 
 namespace tagtwist {
 namespace {
 
+Status CheckInputsAreKept(const SimulateJob& job) {
+  RunFiles files;
+  files.Reads("--config", job.config.config);
+  files.Reads("--camera_file", job.config.camera_file);
+  files.Reads("--map", job.config.map.path);
+  files.Reads("--trajectory", job.trajectory);
+  files.Reads("--image_times", job.image_times);
+  if (auto checked = files.Writes("--output", job.output); !checked) return checked;
+  return files.WritesStandardOutput();
+}
+
 Status Simulate(const SimulateJob& job) {
+  if (const auto kept = CheckInputsAreKept(job); !kept) return kept;
   const auto config = LoadConfig(job.config);
   if (!config) return config.error();
   const auto trajectory = PrepareTrajectory(job, config->map);

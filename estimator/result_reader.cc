@@ -86,6 +86,27 @@ Status ReadFolder(const fs::path& folder, const std::string& name, ReadResults* 
 
 }  // namespace
 
+std::vector<std::string> FilesReadAt(const std::string& path) {
+  std::error_code ignored;
+  const bool is_folder = fs::is_directory(path, ignored);
+  std::vector<std::string> out;
+  if (!is_folder) out.push_back(path);
+  const fs::path folder = is_folder ? fs::path(path) : fs::path(path).parent_path();
+  for (const char* name : {"ground_truth_states.csv", "ground_truth.tum"}) {
+    out.push_back((folder / name).string());
+  }
+  std::string file = fs::path(path).filename().string();
+  if (!is_folder && file.rfind("states", 0) == 0) {
+    out.push_back((folder / file.replace(0, 6, "covariance")).string());
+  }
+  if (!is_folder) return out;
+  for (const char* name : {"states.csv", "states_lagged.csv", "closed_form.tum", "covariance.csv",
+                           "covariance_lagged.csv"}) {
+    out.push_back((folder / name).string());
+  }
+  return out;
+}
+
 Result<ReadResults> ReadResultsAt(const std::string& path) {
   ReadResults out;
   std::error_code ignored;

@@ -26,4 +26,7 @@ struct ReadResults {
 /// any file of poses that ReadGroundTruth knows.
 Result<ReadResults> ReadResultsAt(const std::string& path);
 
+/// Files that ReadResultsAt may read, whether they are there or not.
+std::vector<std::string> FilesReadAt(const std::string& path);
+
 }  // namespace tagtwist

@@ -137,6 +137,19 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
 
 }  // namespace
 
+OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
+  OutputSet out{folder, {}, kAllNames, {"states.csv", "summary.json", "report.html"}};
+  for (const std::string& name : kAllNames) {
+    const bool lagged = name.find("_lagged") != std::string::npos;
+    const bool covariance = name.rfind("covariance", 0) == 0;
+    if ((lagged && !kinds.window) || (covariance && !kinds.covariance)) continue;
+    if (name == "calibration.yaml" && !kinds.calibration) continue;
+    if (name == "map.yaml" && !kinds.mapping) continue;
+    out.written.push_back(name);
+  }
+  return out;
+}
+
 Status WriteResults(const std::string& folder, const Estimate& estimate,
                     const ResultContext& context) {
   auto set = FileSet::Begin(folder);
@@ -144,7 +157,11 @@ Status WriteResults(const std::string& folder, const Estimate& estimate,
   for (const auto& [name, text] : Writers(estimate, context)) {
     if (auto added = (*set)->Add(name, text(estimate, context)); !added) return added;
   }
-  return (*set)->Commit(kAllNames);
+  std::vector<std::string> obsolete = kAllNames;
+  for (const std::string& name : context.kept) {
+    obsolete.erase(std::remove(obsolete.begin(), obsolete.end(), name), obsolete.end());
+  }
+  return (*set)->Commit(obsolete);
 }
 
 }  // namespace tagtwist
