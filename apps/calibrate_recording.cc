@@ -30,7 +30,7 @@ Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* s
                                        const std::vector<TruthSample>& truth) {
   const auto measurements = MeasureRecording("calibrating", source, config, options);
   if (!measurements) return measurements.error();
-  auto calibration = Calibrate(config, *measurements, truth);
+  auto calibration = Calibrate(CalibrationInputOf(config), *measurements, truth);
   if (!calibration) return Error{dataset + ": " + calibration.error().message};
   return calibration;
 }

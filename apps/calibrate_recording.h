@@ -4,6 +4,7 @@
 
 #include "apps/run_estimate.h"
 #include "estimator/calibration.h"
+#include "estimator/config.h"
 
 namespace tagtwist {
 

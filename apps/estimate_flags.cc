@@ -123,7 +123,6 @@ Status StreamAndLimitsFromFlags(RunOptions* run) {
     return Error{"--deadline_ms: excludes --detection full"};
   }
   if (FLAGS_deadline_ms > 0) run->deadline_ms = FLAGS_deadline_ms;
-  run->stream = FLAGS_stream;
   if (FLAGS_max_frames > 0) run->max_frames = static_cast<size_t>(FLAGS_max_frames);
   if (FLAGS_duration > 0) run->duration_ns = std::llround(1e9 * FLAGS_duration);
   return Ok();
@@ -192,6 +191,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.topic = FLAGS_topic;
   job.ground_truth = FLAGS_ground_truth;
   job.overlay = FLAGS_overlay;
+  job.stream = FLAGS_stream;
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;
   job.write_covariance = FLAGS_write_covariance;
   job.calibrate = FLAGS_calibrate;

@@ -11,6 +11,7 @@ namespace tagtwist {
 struct EstimateJob {
   std::string dataset, topic, output, ground_truth;
   std::string overlay;  // --overlay; empty: none
+  std::string stream;   // --stream; empty: none
   ConfigFiles config;
   bool read_images = true;
   bool write_covariance = false;

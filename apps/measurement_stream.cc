@@ -5,6 +5,7 @@
 
 #include "apps/stopwatch.h"
 #include "estimator/online.h"
+#include "frontend/find_tags.h"
 #include "frontend/image_size.h"
 
 namespace tagtwist {

@@ -1,6 +1,5 @@
 #include "apps/run_estimate.h"
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -9,9 +8,9 @@
 #include "apps/measurement_stream.h"
 #include "apps/on_threads.h"
 #include "apps/progress.h"
-#include "apps/state_stream.h"
 #include "apps/stopwatch.h"
 #include "estimator/batch.h"
+#include "estimator/config.h"
 #include "estimator/online.h"
 #include "estimator/rolling_shutter.h"
 #include "estimator/sliding_window.h"
@@ -122,12 +121,6 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   std::optional<FrameDeadline> deadline;
   if (options.deadline_ms) deadline.emplace(*options.deadline_ms);
   estimate.deadline_ms = options.deadline_ms;
-  std::unique_ptr<StateStream> stream;
-  if (!options.stream.empty()) {
-    auto opened = StateStream::Open(options.stream);
-    if (!opened) return opened.error();
-    stream = std::move(*opened);
-  }
   const auto add = [&](FrameMeasurements measurements) -> Status {
     const Stopwatch watch;
     if (undo) {
@@ -141,7 +134,7 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
     estimate.times.optimise_ms.push_back(watch.ElapsedMs());
     estimate.times.frame_ms.back() += watch.ElapsedMs();
     if (options.age_ms) estimate.live->latency_ms.push_back(options.age_ms(measurements.t_ns));
-    if (stream) stream->Write(output->current);
+    if (options.on_state) options.on_state(output->current);
     for (FrameEstimate& left : output->lagged) estimate.lagged.push_back(std::move(left));
     estimate.frames.push_back(std::move(output->current));
     estimate.reprojection_px.insert(estimate.reprojection_px.end(), output->reprojection_px.begin(),
@@ -159,7 +152,6 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
   estimate.noise = window.noise();
   estimate.reprojection = window.Reprojection();
-  if (stream && !stream->problem().empty()) estimate.warnings.push_back(stream->problem());
   for (std::string& warning : window.Warnings()) estimate.warnings.push_back(std::move(warning));
   return estimate;
 }

@@ -20,7 +20,8 @@ struct RunOptions {
   DetectionMode detection = DetectionMode::kAuto;
   bool sliding_window = false;
   bool use_detections = false;
-  std::string stream;  // --stream; empty: none
+  /// Window: each frame's state as soon as it is known.
+  std::function<void(const FrameEstimate&)> on_state;
   size_t max_frames = std::numeric_limits<size_t>::max();
   int64_t duration_ns = std::numeric_limits<int64_t>::max();  // from the first frame's stamp
   std::optional<double> deadline_ms;                          // of a frame, window mode

@@ -13,9 +13,11 @@
 #include "apps/live_feed.h"
 #include "apps/map_recording.h"
 #include "apps/recording_options.h"
+#include "apps/state_stream.h"
 #include "apps/stopwatch.h"
 #include "apps/write_overlay.h"
 #include "estimator/calibration_text.h"
+#include "estimator/config_text.h"
 #include "estimator/format_text.h"
 #include "estimator/gyro_alignment.h"
 #include "estimator/quantile.h"
@@ -41,7 +43,7 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
 }
 
 // Where figures are told: rows have standard output to themselves.
-std::ostream& Told(const EstimateJob& job) { return job.run.stream == "-" ? std::cerr : std::cout; }
+std::ostream& Told(const EstimateJob& job) { return job.stream == "-" ? std::cerr : std::cout; }
 
 // The refined set-up, told on standard output.
 Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
@@ -192,12 +194,22 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks) {
   if (job.calibrate) {
     auto calibration = CalibrateFirst(job, config, context.truth);
     if (!calibration) return calibration.error();
-    config = calibration->config;
-    calibration->config.estimator.use_tracks = configured_tracks;
+    config = WithSetUp(std::move(config), calibration->set_up);
+    Config to_go_on_with = config;
+    to_go_on_with.estimator.use_tracks = configured_tracks;
+    context.options_text = OptionsText(to_go_on_with);
     context.calibration = std::move(*calibration);
+  }
+  std::unique_ptr<StateStream> stream;
+  if (!job.stream.empty()) {
+    auto opened = StateStream::Open(job.stream);
+    if (!opened) return opened.error();
+    stream = std::move(*opened);
+    options.on_state = [&stream](const FrameEstimate& frame) { stream->Write(frame); };
   }
   auto estimate = RunEstimate(job.dataset, source->get(), config, options);
   if (!estimate) return estimate.error();
+  if (stream && !stream->problem().empty()) estimate->warnings.push_back(stream->problem());
   if (feed != nullptr) {
     estimate->live->frames_dropped = feed->dropped();
     std::cerr << "tagtwist_estimate: " << LiveText(*estimate) << "\n";

@@ -13,6 +13,7 @@
 #include "bench/flights.h"
 #include "bench/plain_ceres.h"
 #include "bench/run_bench.h"
+#include "estimator/noise_model.h"
 #include "estimator/quantile.h"
 #include "estimator/seeding.h"
 #include "frontend/option_check.h"

@@ -40,9 +40,10 @@ struct CalibrationScore {
   PoseScore calibrated, knowing;  // batch with the refined set-up, and with the exact one
 };
 
-Result<PoseScore> ScorePoses(const Config& config, const CalibrationFlight& flight) {
+Result<PoseScore> ScorePoses(const SetUp& set_up, const CalibrationFlight& flight) {
   const auto batch = RunBatch(
-      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator),
+      MakeEstimatorSetup(set_up.rig.front().camera, set_up.rig.front().cam_from_body, set_up.map,
+                         flight.config.estimator),
       flight.measurements);
   if (!batch) return batch.error();
   PoseScore out;
@@ -65,7 +66,7 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
   options.line_time_s = 1e-6 * FLAGS_line_time_us;
   CalibrationFlight flight = DrawCalibrationFlight(options);
   if (options.line_time_s != 0) flight.config.calibration.line_time_sigma_s = kLineTimeSigmaS;
-  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
   if (!result) return result.error();
   CalibrationScore out;
   const Eigen::VectorXd error = Difference(result->refined, flight.truth);
@@ -87,9 +88,9 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
   const Eigen::MatrixXd covariance = result->covariance(free, free);
   out.nees = of_free.dot(covariance.ldlt().solve(of_free));
   out.dof = static_cast<int>(free.size());
-  const auto calibrated = ScorePoses(result->config, flight);
+  const auto calibrated = ScorePoses(result->set_up, flight);
   if (!calibrated) return calibrated.error();
-  const auto knowing = ScorePoses(Apply(flight.config, flight.truth), flight);
+  const auto knowing = ScorePoses(Apply(SetUpOf(flight.config), flight.truth), flight);
   if (!knowing) return knowing.error();
   out.calibrated = *calibrated;
   out.knowing = *knowing;

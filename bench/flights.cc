@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "frontend/corner_refiner.h"
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/named_flights.h"
 #include "frontend/random_stream.h"

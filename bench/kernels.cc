@@ -14,6 +14,7 @@
 #include "estimator/noise_learning.h"
 #include "estimator/seeding.h"
 #include "estimator/sliding_window.h"
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/guided_detector.h"
 #include "frontend/named_flights.h"

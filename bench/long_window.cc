@@ -14,6 +14,7 @@
 #include "bench/run_bench.h"
 #include "estimator/quantile.h"
 #include "estimator/sliding_window.h"
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/option_check.h"
 

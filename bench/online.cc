@@ -4,6 +4,7 @@
 
 #include "bench/cpu_clock.h"
 #include "estimator/online.h"
+#include "frontend/find_tags.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {

@@ -10,6 +10,7 @@
 
 #include "bench/run_bench.h"
 #include "estimator/quantile.h"
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/option_check.h"
 #include "frontend/pose_seed.h"

@@ -3,14 +3,17 @@
 #include <string>
 #include <utility>
 
-#include "estimator/bound.h"
+#include "estimator/noise_model.h"
+#include "estimator/noise_rounds.h"
+#include "estimator/pose_bound.h"
 #include "estimator/format_text.h"
 #include "estimator/model_choice.h"
 #include "estimator/prior_calibration.h"
-#include "estimator/rolling_shutter.h"
+#include "estimator/reprojection.h"
 #include "estimator/seeding.h"
 #include "estimator/tag_audit.h"
 #include "estimator/tag_revision.h"
+#include "estimator/tags_at_stamp.h"
 
 namespace tagtwist {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "estimator/estimate.h"
 #include "estimator/graph_builder.h"
+#include "estimator/noise_model.h"
 #include "estimator/smoother.h"
 #include "estimator/tag_audit.h"
 #include "estimator/track_segments.h"
@@ -34,7 +35,7 @@ class BatchEstimator {
   /// Stamps must grow.
   void Add(FrameMeasurements measurement);
   /// The tags from now on as they would have been seen at the frames' stamps, by the states of a
-  /// solution, one a frame: undoes a rolling shutter (rolling_shutter.h). Once; tracks stay as they
+  /// solution, one a frame: undoes a rolling shutter (tags_at_stamp.h). Once; tracks stay as they
   /// are.
   void TakeTagsAsOfStamps(double line_time_s, const std::vector<FrameEstimate>& solved);
   /// Solves for all frames. An error when no frame has a usable tag, or there is no solution.

@@ -1,25 +1,12 @@
 #pragma once
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "estimator/estimate.h"
 #include "frontend/types/body_state.h"
-#include "frontend/types/measurements.h"
-#include "frontend/types/pose.h"
 
 namespace tagtwist {
-
-struct EstimatorSetup;
-
-/// Cramér-Rao bound of a pose from the tags of its own frame and nothing else: no unbiased
-/// estimator has a smaller covariance. (sum J' R^-1 J)^-1 over the tags, J the derivative of a
-/// tag's pixels by the pose at world_from_body, R the covariance of its corners at this noise.
-/// nullopt where the tags do not fix the pose: there are none, or a corner lies behind the camera.
-std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corner_sigma_px,
-                                        const Pose& world_from_body,
-                                        const std::vector<TagDetection>& tags);
 
 /// Least error that can be expected: root mean square over frames of the 3-D standard deviation,
 /// the square root of the trace of a part of the covariance.

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estimator/calibration_solver.h"
-#include "estimator/ground_truth.h"
+#include "frontend/types/truth.h"
 #include "estimator/seeding.h"
 
 namespace tagtwist {
@@ -16,21 +16,22 @@ namespace {
 constexpr int kLeastFrames = 20;
 constexpr double kClockSigmas = 3;  // as far as the clock may move, there is truth at hand
 
-CalibrationState StateOf(const Config& config) {
+CalibrationState StateOf(const SetUp& set_up) {
   CalibrationState out;
-  out.camera = config.camera;
-  out.line_time_s = config.line_time_s;
-  out.cam_from_body = config.cam_from_body;
-  out.tags = config.map.tags();
+  out.camera = set_up.rig.front().camera;
+  out.line_time_s = set_up.rig.front().line_time_s;
+  out.cam_from_body = set_up.rig.front().cam_from_body;
+  out.tags = set_up.map.tags();
   return out;
 }
 
-std::vector<CalibrationFrame> MakeFrames(const Config& config, const std::vector<GraphFrame>& seeds,
+std::vector<CalibrationFrame> MakeFrames(const CalibrationInput& input,
+                                         const std::vector<GraphFrame>& seeds,
                                          const std::vector<TruthSample>& truth) {
   std::unordered_map<int, int> index;
-  for (const Tag& tag : config.map.tags()) index.emplace(tag.id, static_cast<int>(index.size()));
-  const Pose body_from_cam = Inverse(config.cam_from_body);
-  const double clock_sigma_s = config.calibration.time_offset_sigma_s;
+  for (const Tag& tag : input.set_up.map.tags()) index.emplace(tag.id, static_cast<int>(index.size()));
+  const Pose body_from_cam = Inverse(input.set_up.rig.front().cam_from_body);
+  const double clock_sigma_s = input.options.time_offset_sigma_s;
   std::vector<CalibrationFrame> out;
   for (const GraphFrame& seed : seeds) {
     if (seed.tags.empty()) continue;
@@ -43,7 +44,7 @@ std::vector<CalibrationFrame> MakeFrames(const Config& config, const std::vector
       CalibrationView view;
       view.tag = index.at(tag.id);
       view.pixels = tag.corners;
-      if (!config.estimator.corner_sigma_px) view.covariance = tag.covariance;
+      if (!input.estimator.corner_sigma_px) view.covariance = tag.covariance;
       views.push_back(view);
     }
     frame.shared_views = std::make_shared<const std::vector<CalibrationView>>(std::move(views));
@@ -89,11 +90,12 @@ int BlocksFor(const CalibrationProblem& problem, int wanted) {
 
 }  // namespace
 
-Config Apply(const Config& config, const CalibrationState& state) {
-  Config out = config;
-  out.camera = state.camera;
-  out.line_time_s = state.line_time_s;
-  out.cam_from_body = state.cam_from_body;
+SetUp Apply(const SetUp& set_up, const CalibrationState& state) {
+  SetUp out = set_up;
+  RigCamera& camera = out.rig.front();
+  camera.camera = state.camera;
+  camera.line_time_s = state.line_time_s;
+  camera.cam_from_body = state.cam_from_body;
   const double scale = std::exp(state.log_scale);
   std::vector<Tag> tags = state.tags;
   for (Tag& tag : tags) {
@@ -103,31 +105,32 @@ Config Apply(const Config& config, const CalibrationState& state) {
         MakePose(tag.world_from_tag.rotation(), scale * tag.world_from_tag.translation());
     tag.world_from_tag = state.truth_from_world * scaled;
   }
-  out.map = TagMap(config.map.family(), std::move(tags));
+  out.map = TagMap(set_up.map.family(), std::move(tags));
   return out;
 }
 
 Result<CalibrationProblem> MakeCalibrationProblem(
-    const Config& config, const std::vector<FrameMeasurements>& measurements,
+    const CalibrationInput& input, const std::vector<FrameMeasurements>& measurements,
     const std::vector<TruthSample>& truth) {
-  const EstimatorSetup setup =
-      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator);
+  const RigCamera& camera = input.set_up.rig.front();
+  const EstimatorSetup setup = MakeEstimatorSetup(camera.camera, camera.cam_from_body,
+                                                  input.set_up.map, input.estimator);
   const auto seeds = SeedFrames(setup, measurements);
   if (!seeds) return seeds.error();
   CalibrationProblem out;
-  out.prior = StateOf(config);
+  out.prior = StateOf(input.set_up);
   out.truth = truth;
-  out.robust_scale = config.estimator.robust_scale;
-  out.frames = MakeFrames(config, *seeds, truth);
+  out.robust_scale = input.estimator.robust_scale;
+  out.frames = MakeFrames(input, *seeds, truth);
   UpdateMotion(&out.frames);
-  if (config.line_time_s != 0 || config.calibration.line_time_sigma_s > 0) {
+  if (camera.line_time_s != 0 || input.options.line_time_sigma_s > 0) {
     DropStandAlone(&out.frames);
   }
   if (static_cast<int>(out.frames.size()) < kLeastFrames) {
     return Error{"a calibration needs " + std::to_string(kLeastFrames) + " frames with tags, got " +
                  std::to_string(out.frames.size())};
   }
-  const std::vector<CalibrationParameter> parameters = ParametersOf(out.prior, config.calibration);
+  const std::vector<CalibrationParameter> parameters = ParametersOf(out.prior, input.options);
   out.prior_sigmas.resize(static_cast<Eigen::Index>(parameters.size()));
   for (size_t i = 0; i < parameters.size(); ++i) {
     out.prior_sigmas(static_cast<Eigen::Index>(i)) = parameters[i].prior_sigma;
@@ -136,27 +139,27 @@ Result<CalibrationProblem> MakeCalibrationProblem(
   return out;
 }
 
-Result<Calibration> Calibrate(const Config& config,
+Result<Calibration> Calibrate(const CalibrationInput& input,
                               const std::vector<FrameMeasurements>& measurements,
                               const std::vector<TruthSample>& truth) {
-  auto problem = MakeCalibrationProblem(config, measurements, truth);
+  auto problem = MakeCalibrationProblem(input, measurements, truth);
   if (!problem) return problem.error();
   CalibrationNoise noise;
-  noise.corner_sigma_px = config.estimator.corner_sigma_px.value_or(noise.corner_sigma_px);
-  const bool learn_corners = !config.estimator.corner_sigma_px;
+  noise.corner_sigma_px = input.estimator.corner_sigma_px.value_or(noise.corner_sigma_px);
+  const bool learn_corners = !input.estimator.corner_sigma_px;
   const Error no_solution{"the calibration has no solution: tags fall behind the camera"};
   CalibrationSolution all = SolveAndLearnNoise(*problem, problem->prior, noise, learn_corners);
   if (!all.usable) return no_solution;
 
   Calibration out;
   out.given = problem->prior;
-  out.parameters = ParametersOf(problem->prior, config.calibration);
+  out.parameters = ParametersOf(problem->prior, input.options);
   problem->frames = std::move(all.frames);  // where searches start from
   UpdateMotion(&problem->frames);
   SetCornerNoise(all.noise.corner_sigma_px, &problem->frames);
   out.unseen = FindUnseen(out.given, out.parameters, problem->prior_sigmas, all.covariance);
   out.validation = ValidateGroups(*problem, out.parameters, all.state, all.noise,
-                                  BlocksFor(*problem, config.calibration.validation_blocks));
+                                  BlocksFor(*problem, input.options.validation_blocks));
   const CalibrationProblem applied = Restrict(*problem, out.parameters, out.validation.applied());
   CalibrationSolution solution =
       SolveAndLearnNoise(applied, OnlyFree(all.state, applied), all.noise, learn_corners);
@@ -168,7 +171,7 @@ Result<Calibration> Calibrate(const Config& config,
   out.change = Difference(out.refined, out.given);
   out.covariance = std::move(covariance);
   out.noise = solution.noise;
-  out.config = Apply(config, out.refined);
+  out.set_up = Apply(input.set_up, out.refined);
   out.frames = static_cast<int>(applied.frames.size());
   for (const CalibrationFrame& frame : applied.frames) {
     out.views += static_cast<int>(frame.views().size());

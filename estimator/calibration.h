@@ -3,18 +3,27 @@
 #include <vector>
 
 #include "estimator/calibration_observability.h"
+#include "estimator/calibration_options.h"
 #include "estimator/calibration_problem.h"
 #include "estimator/calibration_validation.h"
-#include "estimator/config.h"
+#include "estimator/estimator_options.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/result.h"
+#include "frontend/types/rig.h"
 
 namespace tagtwist {
 
+/// What a calibration starts from.
+struct CalibrationInput {
+  SetUp set_up;
+  EstimatorOptions estimator;
+  CalibrationOptions options;
+};
+
 /// The set-up as the data have it. Vectors and matrices over the error state, full layout.
 struct Calibration {
-  Config config;  // refined; its map in the ground truth's world where there is one
+  SetUp set_up;  // refined; its map in the ground truth's world where there is one
   CalibrationState given, refined;
   std::vector<CalibrationParameter> parameters;
   Eigen::VectorXd prior_sigmas;  // 0: held, or nothing is seen of it
@@ -35,17 +44,17 @@ struct Calibration {
 /// truth (body in W). Frames' poses are free. A group of parameters that does not help frames that
 /// it was not fitted to stays as configured (calibration_validation.h). An error when there are too
 /// few frames, or no solution.
-Result<Calibration> Calibrate(const Config& config,
+Result<Calibration> Calibrate(const CalibrationInput& input,
                               const std::vector<FrameMeasurements>& measurements,
                               const std::vector<TruthSample>& truth);
 
-/// A configuration with that set-up; its map lies in the ground truth's world.
-Config Apply(const Config& config, const CalibrationState& state);
+/// That state as a set-up; its map lies in the ground truth's world.
+SetUp Apply(const SetUp& set_up, const CalibrationState& state);
 
 /// The problem that Calibrate solves, all parameters free that the options leave free and something
 /// is seen of.
 Result<CalibrationProblem> MakeCalibrationProblem(
-    const Config& config, const std::vector<FrameMeasurements>& measurements,
+    const CalibrationInput& input, const std::vector<FrameMeasurements>& measurements,
     const std::vector<TruthSample>& truth);
 
 }  // namespace tagtwist

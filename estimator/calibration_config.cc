@@ -1,8 +1,5 @@
 #include "estimator/calibration_config.h"
 
-#include <optional>
-#include <type_traits>
-
 #include "estimator/calibration_text.h"
 #include "estimator/format_text.h"
 #include "estimator/tag_map_text.h"
@@ -14,41 +11,12 @@ namespace {
 
 std::string Number(double value) { return FormatNumber(value); }
 
-// Visitor of an options struct: "  name: value" a field; a field that is not given is left out.
-struct OptionLines {
-  std::string text;
-  template <typename T>
-  void operator()(const char* name, const T& value) {
-    if constexpr (std::is_same_v<T, std::string>) {
-      Add(name, value);
-    } else if constexpr (std::is_same_v<T, bool>) {
-      Add(name, value ? "true" : "false");
-    } else if constexpr (std::is_integral_v<T>) {
-      Add(name, std::to_string(value));
-    } else if constexpr (std::is_floating_point_v<T>) {
-      Add(name, Number(value));
-    } else if (value) {
-      (*this)(name, *value);
-    }
-  }
-  void Add(const char* name, const std::string& value) {
-    text += std::string("  ") + name + ": " + value + "\n";
-  }
-};
-
-template <typename Options>
-std::string OptionsText(const char* section, const Options& options) {
-  OptionLines lines;
-  Options::VisitFields(options, lines);
-  return std::string("\n") + section + ":\n" + lines.text;
-}
-
 std::string SigmaComment(const char* format, double sigma) {
   return sigma > 0 ? "  # +- " + Format(format, sigma) : "";
 }
 
 std::string CameraText(const Calibration& c) {
-  const Camera& camera = c.config.camera;
+  const Camera& camera = c.set_up.rig.front().camera;
   const double focal = c.sigma(kLogFocal);
   std::string out = "\ncamera:\n  width: " + std::to_string(camera.width) +
                     "\n  height: " + std::to_string(camera.height) + "\n";
@@ -63,14 +31,15 @@ std::string CameraText(const Calibration& c) {
   for (int i = kFirstDistortion; i < LensSize(camera); ++i) sigmas += Format(" %.2g", c.sigma(i));
   out += "  # +-" + sigmas + "\n";
   const double line_time_sigma_s = c.sigma(LayoutOf(c.given).line_time());
-  if (c.config.line_time_s == 0 && !(line_time_sigma_s > 0)) return out;
-  return out + "  line_time_s: " + Number(c.config.line_time_s) +
+  const double line_time_s = c.set_up.rig.front().line_time_s;
+  if (line_time_s == 0 && !(line_time_sigma_s > 0)) return out;
+  return out + "  line_time_s: " + Number(line_time_s) +
          SigmaComment("%.2g", line_time_sigma_s) + "\n";
 }
 
 std::string MountText(const Calibration& c) {
   const int first = LayoutOf(c.given).mount();
-  const Pose& pose = c.config.cam_from_body;
+  const Pose& pose = c.set_up.rig.front().cam_from_body;
   return "\ncam_from_body:\n  quaternion_xyzw: " + FormatNumberList(pose.params.head<4>()) +
          Format("  # +- %.2g %.2g %.2g rad", c.sigma(first), c.sigma(first + 1),
                 c.sigma(first + 2)) +
@@ -92,28 +61,18 @@ std::string MapText(const Calibration& c) {
     if (!c.applied[static_cast<size_t>(bend)]) continue;
     notes.back() += Format(", bend +- %.2f mm", 1e3 * c.sigma(bend));
   }
-  return "\n" + FormatTagMap(c.config.map, notes);
+  return "\n" + FormatTagMap(c.set_up.map, notes);
 }
 
 }  // namespace
 
-std::string FormatCalibrationConfig(const Calibration& c) {
+std::string FormatCalibrationConfig(const Calibration& c, const std::string& options) {
   std::string out =
       "# Refined by tagtwist_estimate --calibrate; +- is one standard deviation, 0 "
       "where a value was held.\n";
   for (const std::string& line : CalibrationText(c)) out += "# " + line + "\n";
   out += CameraText(c) + MountText(c) + MapText(c);
-  if (!c.config.movable_tags.empty()) {
-    const std::vector<double> ids(c.config.movable_tags.begin(), c.config.movable_tags.end());
-    const auto n = static_cast<Eigen::Index>(ids.size());
-    out += "\nmovable_tags: " + FormatNumberList(Eigen::VectorXd::Map(ids.data(), n)) + "\n";
-  }
-  out += OptionsText("detector", c.config.front_end.detector);
-  out += OptionsText("klt", c.config.front_end.klt);
-  out += OptionsText("closed_form", c.config.front_end.closed_form);
-  out += OptionsText("estimator", c.config.estimator);
-  out += OptionsText("calibration", c.config.calibration);
-  return out;
+  return out + options;
 }
 
 }  // namespace tagtwist

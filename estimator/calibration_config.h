@@ -7,6 +7,6 @@ namespace tagtwist {
 
 /// calibration.yaml: the refined set-up as a configuration that LoadConfig reads, with all options
 /// of the one it came from; what changed and the sigmas are in its comments.
-std::string FormatCalibrationConfig(const Calibration& calibration);
+std::string FormatCalibrationConfig(const Calibration& calibration, const std::string& options);
 
 }  // namespace tagtwist

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/ground_truth.h"
+#include "frontend/types/truth.h"
 #include "frontend/types/so3.h"
 #include "residuals/truth_residual.h"
 

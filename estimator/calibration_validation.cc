@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "estimator/calibration_costs.h"
-#include "estimator/ground_truth.h"
+#include "frontend/types/truth.h"
 #include "estimator/quantile.h"
 #include "frontend/types/so3.h"
 

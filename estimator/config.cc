@@ -171,4 +171,31 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   return config;
 }
 
+EstimatorSetup SetupOf(const Config& config) {
+  EstimatorOptions options = config.estimator;
+  if (config.line_time_s != 0) options.use_tracks = false;
+  return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
+}
+
+SetUp SetUpOf(const Config& config) {
+  SetUp out;
+  out.rig.front().camera = config.camera;
+  out.rig.front().line_time_s = config.line_time_s;
+  out.rig.front().cam_from_body = config.cam_from_body;
+  out.map = config.map;
+  return out;
+}
+
+Config WithSetUp(Config config, const SetUp& set_up) {
+  config.camera = set_up.rig.front().camera;
+  config.line_time_s = set_up.rig.front().line_time_s;
+  config.cam_from_body = set_up.rig.front().cam_from_body;
+  config.map = set_up.map;
+  return config;
+}
+
+CalibrationInput CalibrationInputOf(const Config& config) {
+  return {SetUpOf(config), config.estimator, config.calibration};
+}
+
 }  // namespace tagtwist

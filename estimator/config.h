@@ -2,13 +2,16 @@
 #include <string>
 #include <vector>
 
+#include "estimator/calibration.h"
 #include "estimator/calibration_options.h"
 #include "estimator/estimator_options.h"
+#include "estimator/graph_builder.h"
 #include "estimator/tag_map_file.h"
 #include "frontend/front_end.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/pose.h"
 #include "frontend/types/result.h"
+#include "frontend/types/rig.h"
 #include "frontend/types/tag_map.h"
 
 namespace tagtwist {
@@ -27,6 +30,15 @@ struct Config {
 
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.
 Config DefaultConfig();
+
+/// A configuration's setup. Under a rolling shutter it is without tracks: nothing tells in which
+/// row their points were.
+EstimatorSetup SetupOf(const Config& config);
+
+/// A configuration's camera, mount and map as a set-up, and a configuration with another one.
+SetUp SetUpOf(const Config& config);
+Config WithSetUp(Config config, const SetUp& set_up);
+CalibrationInput CalibrationInputOf(const Config& config);
 
 /// Files that a run is configured from; an empty name: none.
 struct ConfigFiles {

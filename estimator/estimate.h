@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "estimator/noise_model.h"
 #include "estimator/reprojection_tally.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
-#include "residuals/motion_prior.h"
 
 namespace tagtwist {
 
@@ -29,16 +29,6 @@ struct FrameEstimate {
   std::optional<PoseCovariance> pose_bound;  // of its own tags alone (bound.h), where they fix it
   ClosedForm closed_form;
   int n_tags = 0, n_tracks = 0;
-};
-
-/// Noise that the estimate was made with.
-struct NoiseModel {
-  double corner_sigma_px = 0.5;  // one corner coordinate, beyond a detection's own covariance
-  double track_sigma_px = 0.3;   // one track coordinate
-  MotionPrior linear{WhiteNoiseOn::kJerk, 30.0};    // [(m/s^3)^2/Hz] or [(m/s^2)^2/Hz]
-  MotionPrior angular{WhiteNoiseOn::kJerk, 300.0};  // [(rad/s^3)^2/Hz] or [(rad/s^2)^2/Hz]
-  std::string source = "default";  // "default", "learned", "given", or "learned, given" when mixed
-  bool corner_is_given = false;    // then a detection's own covariance does not count
 };
 
 /// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode

@@ -4,6 +4,7 @@
 
 #include "estimator/findings.h"
 #include "estimator/format_text.h"
+#include "estimator/noise_model.h"
 
 namespace tagtwist {
 namespace {

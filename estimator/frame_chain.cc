@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "estimator/banded_solver.h"
+#include "estimator/noise_model.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {

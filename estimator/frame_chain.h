@@ -5,6 +5,7 @@
 
 #include "estimator/linear_system.h"
 #include "estimator/noise_learning.h"
+#include "estimator/noise_model.h"
 #include "estimator/smoother.h"
 #include "residuals/motion_residual.h"
 #include "residuals/tag_reprojection_residual.h"

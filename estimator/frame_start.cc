@@ -3,8 +3,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "estimator/bound.h"
+#include "estimator/noise_model.h"
+#include "estimator/pose_bound.h"
 #include "estimator/quantile.h"
+#include "estimator/reprojection.h"
 #include "estimator/seeding.h"
 #include "estimator/smoother.h"
 #include "frontend/pose_seed.h"

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "estimator/noise_model.h"
 #include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
 #include "residuals/tag_reprojection_residual.h"

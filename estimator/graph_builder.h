@@ -6,6 +6,7 @@
 #include "estimator/estimator_options.h"
 #include "estimator/for_ranges.h"
 #include "estimator/graph.h"
+#include "estimator/noise_model.h"
 #include "estimator/track_planes.h"
 #include "estimator/track_segments.h"
 #include "frontend/types/camera.h"

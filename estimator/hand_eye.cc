@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "estimator/calibration_solver.h"
+#include "frontend/types/truth.h"
 
 namespace tagtwist {
 namespace {

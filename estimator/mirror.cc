@@ -1,5 +1,6 @@
 #include "estimator/mirror.h"
 
+#include "estimator/noise_model.h"
 #include "frontend/pose_seed.h"
 #include "frontend/types/so3.h"
 #include "residuals/tag_reprojection_residual.h"

@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "estimator/graph_builder.h"
+#include "estimator/noise_model.h"
 
 namespace tagtwist {
 

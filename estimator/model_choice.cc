@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "estimator/noise_learning.h"
+#include "estimator/noise_model.h"
+#include "estimator/noise_rounds.h"
 #include "estimator/smoother.h"
 
 namespace tagtwist {

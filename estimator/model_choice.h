@@ -5,6 +5,7 @@
 
 #include "estimator/graph_builder.h"
 #include "estimator/noise_learning.h"
+#include "estimator/noise_model.h"
 #include "frontend/steady_clock.h"
 
 namespace tagtwist {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/noise_model.h"
+
 namespace tagtwist {
 
 NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& updated) {

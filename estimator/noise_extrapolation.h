@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "estimator/estimate.h"
+#include "estimator/noise_model.h"
 
 namespace tagtwist {
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "estimator/linear_system.h"
+#include "estimator/noise_model.h"
 #include "residuals/motion_residual.h"
 #include "residuals/tag_reprojection_residual.h"
 

@@ -7,6 +7,7 @@
 #include "estimator/estimator_options.h"
 #include "estimator/graph.h"
 #include "estimator/linear_system.h"
+#include "estimator/noise_model.h"
 
 namespace tagtwist {
 

@@ -3,7 +3,9 @@
 #include <string>
 #include <utility>
 
+#include "estimator/config.h"
 #include "estimator/online.h"
+#include "frontend/find_tags.h"
 #include "frontend/image_size.h"
 
 namespace tagtwist {

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "estimator/bound.h"
+#include "estimator/pose_bound.h"
+#include "estimator/reprojection.h"
 #include "estimator/smoother.h"
 #include "frontend/types/so3.h"
 

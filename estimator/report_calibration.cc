@@ -36,7 +36,7 @@ ReportSection CalibrationSection(const Calibration& calibration) {
   section.html += ParagraphHtml(
       "Tags as refined, with how far each lies above (red) or below (blue) where the map had it, "
       "in mm.");
-  section.html += MapPictureSvg(calibration.config.map, {}, marks);
+  section.html += MapPictureSvg(calibration.set_up.map, {}, marks);
   return section;
 }
 

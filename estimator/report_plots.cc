@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "frontend/types/so3.h"
+#include "frontend/types/truth.h"
 #include "frontend/vicon.h"
 
 namespace tagtwist {

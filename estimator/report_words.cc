@@ -5,6 +5,7 @@
 
 #include "estimator/findings.h"
 #include "estimator/format_text.h"
+#include "estimator/noise_model.h"
 #include "estimator/quantile.h"
 #include "estimator/report_page.h"
 

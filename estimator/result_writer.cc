@@ -113,7 +113,7 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
   }
   if (context.calibration) {
     out.push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
-                     return FormatCalibrationConfig(*c.calibration);
+                     return FormatCalibrationConfig(*c.calibration, c.options_text);
                    }});
   }
   if (context.mapping) {

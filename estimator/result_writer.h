@@ -25,6 +25,7 @@ struct ResultContext {
   std::vector<ComparisonRow> rows;  // as CompareMethods gives them
   bool write_covariance = false;
   std::optional<Calibration> calibration;  // where one was asked for
+  std::string options_text;                // with it: the configuration's other sections
   std::optional<Mapping> mapping;          // of tags that the map lacked, where one was asked for
   std::optional<GyroAlignment> gyro;       // where one was asked for, and the recording has one
   std::vector<int> movable_tags;           // passed over

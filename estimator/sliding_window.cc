@@ -4,8 +4,11 @@
 #include <cstdlib>
 #include <utility>
 
-#include "estimator/bound.h"
+#include "estimator/noise_rounds.h"
+#include "estimator/pose_bound.h"
 #include "estimator/mirror.h"
+#include "estimator/reprojection.h"
+#include "estimator/tag_revision.h"
 
 namespace tagtwist {
 namespace {

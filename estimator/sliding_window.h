@@ -7,6 +7,7 @@
 #include "estimator/frame_start.h"
 #include "estimator/graph_builder.h"
 #include "estimator/noise_learning.h"
+#include "estimator/noise_model.h"
 #include "estimator/other_place.h"
 #include "estimator/prediction_check.h"
 #include "estimator/tag_audit.h"

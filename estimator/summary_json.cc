@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estimator/bound.h"
+#include "estimator/noise_model.h"
 #include "estimator/quantile.h"
 
 namespace tagtwist {

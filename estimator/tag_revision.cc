@@ -6,7 +6,8 @@
 #include <set>
 #include <utility>
 
-#include "estimator/smoother.h"
+#include "estimator/linear_system.h"
+#include "estimator/noise_model.h"
 
 namespace tagtwist {
 namespace {
@@ -39,6 +40,37 @@ std::set<int> UnreliableTags(const std::vector<const std::vector<TagDetection>*>
 }
 
 }  // namespace
+
+std::vector<TagRef> ContradictedTags(const Graph& graph) {
+  std::vector<TagRef> out;
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
+    if (linear.weight < kContradictedWeight)
+      out.push_back({factor.blocks.front().index, factor.source});
+  }
+  return out;
+}
+
+void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames) {
+  std::sort(tags.begin(), tags.end(), [](const TagRef& a, const TagRef& b) {
+    return a.state != b.state ? a.state > b.state : a.tag > b.tag;  // from the back of each frame
+  });
+  for (const TagRef& ref : tags) {
+    auto& of_frame = (*frames)[static_cast<size_t>(ref.state)].tags;
+    of_frame.erase(of_frame.begin() + ref.tag);
+  }
+}
+
+std::vector<bool> ContradictedSegments(const Graph& graph, size_t n) {
+  std::vector<bool> out(n, false);
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTrack || !LinearizeFactor(graph, factor, &linear)) continue;
+    if (linear.weight < kContradictedWeight) out[static_cast<size_t>(factor.source)] = true;
+  }
+  return out;
+}
 
 bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const BodyState& state,
                 const TagDetection& tag) {

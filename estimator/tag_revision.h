@@ -2,8 +2,23 @@
 #include <vector>
 
 #include "estimator/graph_builder.h"
+#include "estimator/noise_model.h"
 
 namespace tagtwist {
+
+/// A measurement whose Huber weight is below this contradicts the rest.
+inline constexpr double kContradictedWeight = 0.6;
+
+/// Tags that the solution contradicts, as state and index in its frame.
+struct TagRef {
+  int state = 0, tag = 0;
+};
+std::vector<TagRef> ContradictedTags(const Graph& graph);
+/// Takes those tags out of their frames.
+void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames);
+
+/// Which of n segments the solution contradicts in some view: a moving object, a slipped track.
+std::vector<bool> ContradictedSegments(const Graph& graph, size_t n);
 
 /// True when every corner lies within five standard deviations of its prediction from the state.
 bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const BodyState& state,

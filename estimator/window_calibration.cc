@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "estimator/noise_model.h"
+
 namespace tagtwist {
 namespace {
 

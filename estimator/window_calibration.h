@@ -4,6 +4,7 @@
 
 #include "estimator/estimate.h"
 #include "estimator/graph_builder.h"
+#include "estimator/noise_model.h"
 #include "estimator/prior_calibration.h"
 
 namespace tagtwist {

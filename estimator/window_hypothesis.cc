@@ -7,6 +7,8 @@
 
 #include "estimator/linear_system.h"
 #include "estimator/marginalisation.h"
+#include "estimator/noise_model.h"
+#include "estimator/tag_revision.h"
 
 namespace tagtwist {
 namespace {

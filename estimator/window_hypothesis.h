@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "estimator/graph_builder.h"
+#include "estimator/noise_model.h"
 #include "estimator/smoother.h"
 #include "estimator/window_system.h"
 #include "frontend/types/result.h"

@@ -7,6 +7,7 @@
 
 #include "estimator/linear_system.h"
 #include "estimator/marginalisation.h"
+#include "estimator/noise_model.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimator/graph_builder.h"
+#include "estimator/noise_model.h"
 #include "estimator/smoother.h"
 
 namespace tagtwist {

@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "frontend/front_end.h"
+#include "frontend/find_tags.h"
 #include "frontend/tag_completion.h"
 #include "frontend/tag_outline.h"
 

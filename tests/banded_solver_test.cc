@@ -7,6 +7,7 @@
 #include "estimator/graph_builder.h"
 #include "estimator/linear_system.h"
 #include "estimator/noise_learning.h"
+#include "estimator/noise_model.h"
 #include "estimator/seeding.h"
 #include "tests/exact_model.h"
 

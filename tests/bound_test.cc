@@ -7,6 +7,7 @@
 
 #include "estimator/batch.h"
 #include "estimator/chi_square.h"
+#include "estimator/pose_bound.h"
 #include "frontend/pose_refine.h"
 #include "tests/exact_model.h"
 #include "tests/tag_scene.h"

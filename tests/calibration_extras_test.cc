@@ -4,6 +4,7 @@
 
 #include "estimator/calibration.h"
 #include "estimator/calibration_config.h"
+#include "estimator/config_text.h"
 #include "estimator/calibration_json.h"
 #include "estimator/calibration_solver.h"
 #include "estimator/calibration_text.h"
@@ -24,7 +25,7 @@ TEST(SlowCalibration, BendsOfTheTagsAreChiSquare) {
     options.tag_bend_sigma = kBendSigma;
     options.seed = seed;
     const CalibrationFlight flight = DrawCalibrationFlight(options);
-    const auto problem = MakeCalibrationProblem(flight.config, flight.measurements, {});
+    const auto problem = MakeCalibrationProblem(CalibrationInputOf(flight.config), flight.measurements, {});
     ASSERT_TRUE(problem) << problem.error().message;
     const CalibrationSolution solution =
         SolveAndLearnNoise(*problem, problem->prior, CalibrationNoise(), true);
@@ -64,7 +65,7 @@ TEST(Calibration, BendsAreAppliedAndWrittenWhereTheyHelp) {
   CalibrationFlightOptions options = ShortFlight();
   options.tag_bend_sigma = 2 * kBendSigma;
   const CalibrationFlight flight = DrawCalibrationFlight(options);
-  const auto result = Calibrate(flight.config, flight.measurements, {});
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, {});
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_GT(Gain(*result, CalibrationGroup::kBend), 0);
   EXPECT_TRUE(Says(CalibrationText(*result), "tags are bent by "));
@@ -73,7 +74,7 @@ TEST(Calibration, BendsAreAppliedAndWrittenWhereTheyHelp) {
   ASSERT_EQ(bends.size(), 16u);
   EXPECT_EQ(CalibrationJson(*result)["bends"][3]["bend_m"], bends[3].bend_m);
   const TempFolder folder;
-  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result));
+  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result, OptionsText(flight.config)));
   const auto config = LoadConfig(folder / "calibration.yaml");
   ASSERT_TRUE(config) << config.error().message;
   for (size_t i = 0; i < bends.size(); ++i) {
@@ -81,7 +82,7 @@ TEST(Calibration, BendsAreAppliedAndWrittenWhereTheyHelp) {
     const int id = bends[i].id;
     for (size_t c = 0; c < 4; ++c) {
       const Eigen::Vector3d &read = config->map.CornersInWorld(id)[c],
-                            &written = result->config.map.CornersInWorld(id)[c];
+                            &written = result->set_up.map.CornersInWorld(id)[c];
       EXPECT_LT((read - written).norm(), 1e-12);
     }
   }
@@ -95,7 +96,7 @@ TEST(Calibration, AppliedMapIsTheScaledOneInTheTruthsWorld) {
   CalibrationState state = flight.truth;
   state.log_scale = 0.3;
   state.truth_from_world = MakePose(Eigen::Quaterniond(0.8, 0, 0.6, 0), {1, 2, 3});
-  const Config applied = Apply(flight.config, state);
+  const SetUp applied = Apply(SetUpOf(flight.config), state);
   for (const Tag& tag : state.tags) {
     EXPECT_GT(std::abs(tag.bend_m), 1e-6);
     const auto corners = TagCornersInWorld(tag);
@@ -111,14 +112,14 @@ TEST(SlowCalibration, BendsOfPlaneTagsAreNotApplied) {
   const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
   Config config = flight.config;
   config.calibration.tag_bend_sigma = kBendSigma;
-  const auto result = Calibrate(config, flight.measurements, {});
+  const auto result = Calibrate(CalibrationInputOf(config), flight.measurements, {});
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_GT(Gain(*result, CalibrationGroup::kMap), 0);
   EXPECT_TRUE(Says(CalibrationText(*result), "bends of the tags: not applied"));
   EXPECT_TRUE(TagBends(*result).empty());
   const CalibrationLayout layout = LayoutOf(flight.truth);
   for (int i = 0; i < layout.n_tags; ++i) {
-    EXPECT_EQ(result->config.map.tags()[static_cast<size_t>(i)].bend_m, 0);
+    EXPECT_EQ(result->set_up.map.tags()[static_cast<size_t>(i)].bend_m, 0);
     EXPECT_EQ(result->sigma(layout.bend(i)), result->prior_sigmas(layout.bend(i)));
   }
 }
@@ -135,7 +136,7 @@ TEST(SlowCalibration, LineTimeOfARollingShutterIsChiSquare) {
     options.seed = seed;
     CalibrationFlight flight = DrawCalibrationFlight(options);
     flight.config.calibration.line_time_sigma_s = 5e-5;
-    const auto problem = MakeCalibrationProblem(flight.config, flight.measurements, {});
+    const auto problem = MakeCalibrationProblem(CalibrationInputOf(flight.config), flight.measurements, {});
     ASSERT_TRUE(problem) << problem.error().message;
     const CalibrationSolution solution =
         SolveAndLearnNoise(*problem, problem->prior, CalibrationNoise(), true);
@@ -160,12 +161,12 @@ TEST(Calibration, LineTimeIsAppliedAndWrittenWhereItHelps) {
   CalibrationFlight flight = DrawCalibrationFlight(options);
   flight.config.calibration = CalibrationOptions();
   flight.config.calibration.line_time_sigma_s = 5e-5;
-  const auto result = Calibrate(flight.config, flight.measurements, {});
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, {});
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_GT(Gain(*result, CalibrationGroup::kShutter), 0);
   EXPECT_TRUE(Says(CalibrationText(*result), "rolling shutter: -"));
   const TempFolder folder;
-  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result));
+  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result, OptionsText(flight.config)));
   const auto config = LoadConfig(folder / "calibration.yaml");
   ASSERT_TRUE(config) << config.error().message;
   const double sigma = result->sigma(LayoutOf(flight.truth).line_time());

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estimator/calibration_config.h"
+#include "estimator/config_text.h"
 #include "estimator/calibration_json.h"
 #include "estimator/calibration_solver.h"
 #include "estimator/calibration_text.h"
@@ -25,7 +26,7 @@ TEST(SlowCalibration, RecoversEverythingAtOnceWithinItsSigmas) {
   CalibrationFlightOptions options = ShortFlight();
   options.tag_bend_sigma = kBendSigma;
   const CalibrationFlight flight = DrawCalibrationFlight(options);
-  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
   for (const CalibrationGroup group : kAllCalibrationGroups) {
     if (group == CalibrationGroup::kShutter) continue;  // held
@@ -53,7 +54,7 @@ TEST(SlowCalibration, ErrorsOverCovarianceAreChiSquare) {
     options.seed = seed;
     const CalibrationFlight flight = DrawCalibrationFlight(options);
     const auto problem =
-        MakeCalibrationProblem(flight.config, flight.measurements, flight.ground_truth);
+        MakeCalibrationProblem(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
     ASSERT_TRUE(problem) << problem.error().message;
     const CalibrationSolution solution =
         SolveAndLearnNoise(*problem, problem->prior, CalibrationNoise(), true);
@@ -85,7 +86,7 @@ TEST_P(SlowCalibrationOfPoorMotion, NamesWhatItDoesNotShowAndNothingRunsAway) {
   options.rows = 6;  // of a small map tilts pass for shifts
   options.columns = 6;
   const CalibrationFlight flight = DrawCalibrationFlight(options);
-  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
   const std::vector<std::string> text = CalibrationText(*result);
   EXPECT_TRUE(Says(text, "does not show mount z with world z"));
@@ -113,7 +114,7 @@ TEST(SlowCalibration, WhatDoesNotHelpUnseenFramesIsNotApplied) {
   options.tag_rotation_sigma_rad = 0;
   CalibrationFlight flight = DrawCalibrationFlight(options);
   flight.config.calibration = CalibrationOptions();
-  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_TRUE(result->validation.applied().empty());
   EXPECT_EQ(result->change.norm(), 0);
@@ -123,7 +124,7 @@ TEST(SlowCalibration, WhatDoesNotHelpUnseenFramesIsNotApplied) {
 
 TEST(Calibration, WithoutTruthTheMapsShapeAndTheLensAreFound) {
   const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
-  const auto result = Calibrate(flight.config, flight.measurements, {});
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, {});
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_NEAR(result->change(kLogFocal), 0.01, 3.5 * result->sigma(kLogFocal));
   const CalibrationLayout layout = LayoutOf(flight.truth);
@@ -146,18 +147,18 @@ TEST(SlowCalibration, ConfigurationReadsBack) {
   CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
   flight.config.estimator.window_frames = 17;
   flight.config.estimator.corner_sigma_px = 0.15;
-  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
   const TempFolder folder;
-  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result));
+  WriteText(folder / "calibration.yaml", FormatCalibrationConfig(*result, OptionsText(flight.config)));
   const auto config = LoadConfig(folder / "calibration.yaml");
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_EQ(LensDifference(config->camera, result->config.camera).norm(), 0);
+  EXPECT_EQ(LensDifference(config->camera, result->set_up.rig.front().camera).norm(), 0);
   EXPECT_NE(config->camera.fx, flight.config.camera.fx);
-  EXPECT_EQ(config->cam_from_body.params, result->config.cam_from_body.params);
-  ASSERT_EQ(config->map.tags().size(), result->config.map.tags().size());
+  EXPECT_EQ(config->cam_from_body.params, result->set_up.rig.front().cam_from_body.params);
+  ASSERT_EQ(config->map.tags().size(), result->set_up.map.tags().size());
   for (size_t i = 0; i < config->map.tags().size(); ++i) {
-    const Tag &read = config->map.tags()[i], &written = result->config.map.tags()[i];
+    const Tag &read = config->map.tags()[i], &written = result->set_up.map.tags()[i];
     EXPECT_EQ(read.id, written.id);
     EXPECT_EQ(read.size_m, written.size_m);
     EXPECT_LT((read.world_from_tag.params - written.world_from_tag.params).norm(), 1e-15);
@@ -169,7 +170,7 @@ TEST(SlowCalibration, ConfigurationReadsBack) {
 
 TEST(SlowCalibration, SummaryAndReportTellIt) {
   const CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
-  const auto result = Calibrate(flight.config, flight.measurements, flight.ground_truth);
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
   ASSERT_TRUE(result) << result.error().message;
   const nlohmann::ordered_json json = CalibrationJson(*result);
   const auto& focal = json["parameters"]["focal length"];
@@ -185,7 +186,7 @@ TEST(SlowCalibration, SummaryAndReportTellIt) {
 TEST(Calibration, TooFewFramesAreRefused) {
   CalibrationFlight flight = DrawCalibrationFlight(ShortFlight());
   flight.measurements.resize(12);
-  const auto result = Calibrate(flight.config, flight.measurements, {});
+  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, {});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().message, "a calibration needs 20 frames with tags, got 12");
 }
@@ -210,7 +211,7 @@ TEST(RealDataCalibration, MapOfTheFloorMatHoldsForFramesNotFittedTo) {
     measurements.back().t_ns = (*frame)->t_ns;
     measurements.back().tags = (*frame)->detections;
   }
-  const auto result = Calibrate(*config, measurements, {});
+  const auto result = Calibrate(CalibrationInputOf(*config), measurements, {});
   ASSERT_TRUE(result) << result.error().message;
   const CalibrationValidation& validation = result->validation;
   RecordProperty("given_sigma_px", std::to_string(validation.given.corner_sigma_px));

@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/pattern_state.h"
 #include "tests/corner_flight.h"

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "frontend/types/truth.h"
 #include "tests/evaluation_data.h"
 
 namespace tagtwist {

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "estimator/noise_model.h"
 #include "estimator/seeding.h"
 #include "tests/exact_model.h"
 

@@ -1,3 +1,4 @@
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 
 #include <gtest/gtest.h>

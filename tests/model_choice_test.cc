@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimator/noise_model.h"
 #include "estimator/seeding.h"
 #include "estimator/smoother.h"
 #include "tests/exact_model.h"

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "frontend/corner_refiner.h"
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/tag_detector.h"
 

@@ -1,8 +1,10 @@
+#include "estimator/config.h"
 #include "estimator/rolling_shutter.h"
 
 #include <gtest/gtest.h>
 
 #include "estimator/batch.h"
+#include "estimator/tags_at_stamp.h"
 #include "tests/calibration_flight.h"
 
 namespace tagtwist {

@@ -9,6 +9,7 @@
 
 #include "estimator/config.h"
 #include "estimator/tag_map_text.h"
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/simulator.h"
 #include "tests/map_formats.h"

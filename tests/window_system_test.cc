@@ -1,3 +1,5 @@
+#include "estimator/noise_model.h"
+#include "estimator/tag_revision.h"
 #include "estimator/window_system.h"
 
 #include <gtest/gtest.h>

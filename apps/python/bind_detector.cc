@@ -6,6 +6,7 @@
 
 #include "apps/python/python_types.h"
 #include "estimator/config.h"
+#include "frontend/find_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/image_size.h"
 

@@ -11,6 +11,7 @@
 #include "apps/python/trajectory_arrays.h"
 #include "apps/recording_options.h"
 #include "apps/run_estimate.h"
+#include "estimator/noise_model.h"
 
 namespace tagtwist::python {
 namespace {

@@ -1,0 +1,33 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "frontend/types/camera.h"
+#include "frontend/types/pose.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// A camera on the body.
+struct RigCamera {
+  std::string name = "cam0";
+  Camera camera;
+  double line_time_s = 0;  // of a rolling shutter: row v is taken line_time_s * v after the stamp
+  Pose cam_from_body;
+};
+
+/// The cameras of a body: one today.
+struct Rig {
+  std::vector<RigCamera> cameras = std::vector<RigCamera>(1);
+
+  const RigCamera& front() const { return cameras.front(); }
+  RigCamera& front() { return cameras.front(); }
+};
+
+/// What is known of a recording before it is looked at: how the body sees, and where the tags are.
+struct SetUp {
+  Rig rig;
+  TagMap map;
+};
+
+}  // namespace tagtwist
