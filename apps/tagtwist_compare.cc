@@ -3,12 +3,12 @@
 
 #include <iostream>
 
-#include "apps/usage.h"
-#include "estimator/comparison_report.h"
-#include "frontend/atomic_file.h"
-#include "frontend/ground_truth_io.h"
-#include "frontend/number_text.h"
-#include "frontend/run_files.h"
+#include "apps/support/usage.h"
+#include "estimator/report/html/comparison_report.h"
+#include "frontend/base/atomic_file.h"
+#include "frontend/base/number_text.h"
+#include "frontend/base/run_files.h"
+#include "frontend/io/trajectories/trajectory_file.h"
 
 DEFINE_string(ground_truth, "",
               "Ground truth of all inputs: CSV with columns t,x,y,z,qx,qy,qz,qw and where it has "

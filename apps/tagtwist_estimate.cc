@@ -7,22 +7,22 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
 
-#include "apps/calibrate_recording.h"
-#include "apps/estimate_flags.h"
-#include "apps/interrupt.h"
-#include "apps/live_feed.h"
-#include "apps/map_recording.h"
-#include "apps/recording_options.h"
-#include "apps/state_stream.h"
-#include "apps/stopwatch.h"
-#include "apps/write_overlay.h"
-#include "estimator/calibration_text.h"
-#include "estimator/config_text.h"
-#include "estimator/format_text.h"
-#include "estimator/gyro_alignment.h"
-#include "estimator/quantile.h"
-#include "estimator/result_writer.h"
-#include "frontend/ground_truth_io.h"
+#include "apps/estimate/estimate_flags.h"
+#include "apps/estimate/interrupt.h"
+#include "apps/estimate/state_stream.h"
+#include "estimator/calibration/gyro_alignment.h"
+#include "estimator/jobs/calibrate_recording.h"
+#include "estimator/jobs/map_recording.h"
+#include "estimator/jobs/overlay_recording.h"
+#include "estimator/live/live_feed.h"
+#include "estimator/live/stopwatch.h"
+#include "estimator/online/config_text.h"
+#include "estimator/online/recording_options.h"
+#include "estimator/report/files/calibration_text.h"
+#include "estimator/report/result_writer.h"
+#include "frontend/base/format_text.h"
+#include "frontend/base/quantile.h"
+#include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist {
 namespace {
@@ -155,7 +155,7 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
   files.Reads("--ground_truth", job.ground_truth);
   files.ReadsRecording("--dataset", job.dataset);
   if (auto checked = files.Writes("--overlay", job.overlay); !checked) return checked.error();
-  const std::string stream = job.run.stream == "-" ? "" : job.run.stream;
+  const std::string stream = job.stream == "-" ? "" : job.stream;
   if (auto checked = files.Writes("--stream", stream); !checked) return checked.error();
   if (auto checked = files.WritesStandardOutput(); !checked) return checked.error();
   const ResultKinds kinds{job.run.sliding_window, job.write_covariance, job.calibrate,

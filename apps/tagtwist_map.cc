@@ -3,14 +3,14 @@
 
 #include <iostream>
 
-#include "apps/in_order.h"
-#include "apps/map_recording.h"
-#include "apps/usage.h"
-#include "estimator/map_svg.h"
-#include "estimator/mapping_text.h"
-#include "estimator/tag_map_file.h"
-#include "frontend/atomic_file.h"
-#include "frontend/run_files.h"
+#include "apps/support/usage.h"
+#include "estimator/jobs/in_order.h"
+#include "estimator/jobs/map_recording.h"
+#include "estimator/report/files/map_svg.h"
+#include "estimator/report/files/mapping_text.h"
+#include "frontend/base/atomic_file.h"
+#include "frontend/base/run_files.h"
+#include "frontend/io/setup/tag_map_file.h"
 
 DEFINE_string(check, "",
               "Map to check and describe: a configuration, Kalibr aprilgrid, WPILib field, TagSLAM "

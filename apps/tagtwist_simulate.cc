@@ -4,9 +4,9 @@
 #include <iostream>
 #include <memory>
 
-#include "apps/simulate_flags.h"
-#include "estimator/config.h"
-#include "frontend/run_files.h"
+#include "apps/simulate/simulate_flags.h"
+#include "estimator/online/config.h"
+#include "frontend/base/run_files.h"
 
 namespace tagtwist {
 namespace {

@@ -6,13 +6,13 @@
 #include <opencv2/core/utility.hpp>
 #include <optional>
 
-#include "apps/in_order.h"
-#include "apps/progress.h"
 #include "bench/flights.h"
 #include "bench/run_bench.h"
 #include "bench/scores.h"
-#include "frontend/option_check.h"
-#include "tests/exact_model.h"
+#include "estimator/jobs/in_order.h"
+#include "estimator/jobs/progress.h"
+#include "frontend/base/option_check.h"
+#include "tests/support/exact_model.h"
 
 DEFINE_int32(seeds, 5, "Runs of each simulated flight, every one with noise of its own.");
 DEFINE_int32(exact_runs, 200, "Runs of each exact model; 0 leaves them out.");

@@ -1,4 +1,4 @@
-#include "estimator/batch.h"
+#include "estimator/batch/batch.h"
 
 #include <gflags/gflags.h>
 
@@ -8,15 +8,15 @@
 #include <functional>
 #include <optional>
 
-#include "apps/on_threads.h"
 #include "bench/cpu_clock.h"
 #include "bench/flights.h"
 #include "bench/plain_ceres.h"
 #include "bench/run_bench.h"
-#include "estimator/noise_model.h"
-#include "estimator/quantile.h"
-#include "estimator/seeding.h"
-#include "frontend/option_check.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/jobs/on_threads.h"
+#include "estimator/start/seeding.h"
+#include "frontend/base/option_check.h"
+#include "frontend/base/quantile.h"
 
 DEFINE_double(duration, 17.65, "Seconds of the flight, 49 frames each.");
 DEFINE_double(corner_noise_px, 0.3, "Noise of the corners, standard deviation [px].");

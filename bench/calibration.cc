@@ -1,17 +1,17 @@
-#include "estimator/calibration.h"
+#include "estimator/calibration/calibration.h"
 
 #include <gflags/gflags.h>
 
 #include <cstdio>
 
-#include "apps/in_order.h"
-#include "apps/progress.h"
 #include "bench/run_bench.h"
-#include "estimator/batch.h"
-#include "estimator/chi_square.h"
-#include "frontend/option_check.h"
+#include "estimator/batch/batch.h"
+#include "estimator/jobs/in_order.h"
+#include "estimator/jobs/progress.h"
+#include "frontend/base/chi_square.h"
+#include "frontend/base/option_check.h"
 #include "frontend/types/so3.h"
-#include "tests/calibration_flight.h"
+#include "tests/support/calibration_flight.h"
 
 DEFINE_int32(seeds, 40, "Flights, every one with noise and tags of its own.");
 DEFINE_int32(frames, 120, "Of a flight, at 10 Hz.");
@@ -41,10 +41,10 @@ struct CalibrationScore {
 };
 
 Result<PoseScore> ScorePoses(const SetUp& set_up, const CalibrationFlight& flight) {
-  const auto batch = RunBatch(
-      MakeEstimatorSetup(set_up.rig.front().camera, set_up.rig.front().cam_from_body, set_up.map,
-                         flight.config.estimator),
-      flight.measurements);
+  const auto batch =
+      RunBatch(MakeEstimatorSetup(set_up.rig.front().camera, set_up.rig.front().cam_from_body,
+                                  set_up.map, flight.config.estimator),
+               flight.measurements);
   if (!batch) return batch.error();
   PoseScore out;
   for (size_t i = 0; i < batch->frames.size(); ++i) {
@@ -66,7 +66,8 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
   options.line_time_s = 1e-6 * FLAGS_line_time_us;
   CalibrationFlight flight = DrawCalibrationFlight(options);
   if (options.line_time_s != 0) flight.config.calibration.line_time_sigma_s = kLineTimeSigmaS;
-  const auto result = Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
+  const auto result =
+      Calibrate(CalibrationInputOf(flight.config), flight.measurements, flight.ground_truth);
   if (!result) return result.error();
   CalibrationScore out;
   const Eigen::VectorXd error = Difference(result->refined, flight.truth);

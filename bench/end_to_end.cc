@@ -6,13 +6,13 @@
 #include <opencv2/core/utility.hpp>
 #include <optional>
 
-#include "apps/in_order.h"
-#include "apps/progress.h"
 #include "bench/online.h"
 #include "bench/run_bench.h"
-#include "estimator/quantile.h"
-#include "frontend/named_flights.h"
-#include "frontend/option_check.h"
+#include "estimator/jobs/in_order.h"
+#include "estimator/jobs/progress.h"
+#include "frontend/base/option_check.h"
+#include "frontend/base/quantile.h"
+#include "frontend/simulation/named_flights.h"
 
 DEFINE_string(trajectory, "figure8", "Of the flight: as tagtwist_simulate's.");
 DEFINE_double(duration, 12, "Seconds of it.");

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "frontend/named_flights.h"
+#include "frontend/simulation/named_flights.h"
 
 namespace tagtwist {
 

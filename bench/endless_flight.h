@@ -2,10 +2,10 @@
 #include <cstdint>
 #include <string>
 
-#include "estimator/config.h"
-#include "frontend/simulator.h"
+#include "estimator/online/config.h"
+#include "frontend/base/result.h"
+#include "frontend/simulation/simulator.h"
 #include "frontend/types/measurements.h"
-#include "frontend/types/result.h"
 
 namespace tagtwist {
 

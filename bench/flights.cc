@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <optional>
 
-#include "frontend/corner_refiner.h"
-#include "frontend/find_tags.h"
+#include "frontend/base/random_stream.h"
 #include "frontend/front_end.h"
-#include "frontend/named_flights.h"
-#include "frontend/random_stream.h"
-#include "frontend/tag_detector.h"
+#include "frontend/pattern/corner_refiner.h"
+#include "frontend/simulation/named_flights.h"
+#include "frontend/tags/find_tags.h"
+#include "frontend/tags/tag_detector.h"
 
 namespace tagtwist {
 namespace {

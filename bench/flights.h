@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "estimator/config.h"
-#include "frontend/simulator.h"
+#include "estimator/online/config.h"
+#include "frontend/base/result.h"
+#include "frontend/simulation/simulator.h"
 #include "frontend/types/measurements.h"
-#include "frontend/types/result.h"
 
 namespace tagtwist {
 

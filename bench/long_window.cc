@@ -8,15 +8,15 @@
 #include <optional>
 #include <vector>
 
-#include "apps/progress.h"
 #include "bench/cpu_clock.h"
 #include "bench/endless_flight.h"
 #include "bench/run_bench.h"
-#include "estimator/quantile.h"
-#include "estimator/sliding_window.h"
-#include "frontend/find_tags.h"
+#include "estimator/jobs/progress.h"
+#include "estimator/window/sliding_window.h"
+#include "frontend/base/option_check.h"
+#include "frontend/base/quantile.h"
 #include "frontend/front_end.h"
-#include "frontend/option_check.h"
+#include "frontend/tags/find_tags.h"
 
 DEFINE_int32(frames, 1000000, "How many.");
 DEFINE_string(trajectory, "figure8", "Flown forth and back: as tagtwist_simulate's.");

@@ -3,8 +3,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "bench/cpu_clock.h"
-#include "estimator/online.h"
-#include "frontend/find_tags.h"
+#include "estimator/online/online.h"
+#include "frontend/tags/find_tags.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {

@@ -4,11 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "estimator/config.h"
-#include "estimator/sliding_window.h"
+#include "estimator/online/config.h"
+#include "estimator/window/sliding_window.h"
 #include "frontend/front_end.h"
-#include "frontend/simulator.h"
-#include "frontend/tag_follower.h"
+#include "frontend/simulation/simulator.h"
+#include "frontend/tags/tag_follower.h"
 
 namespace tagtwist {
 

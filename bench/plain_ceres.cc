@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "estimator/noise_model.h"
+#include "estimator/graph/noise_model.h"
 #include "residuals/pose_manifold.h"
 
 namespace tagtwist {

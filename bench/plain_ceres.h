@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "estimator/graph_builder.h"
-#include "estimator/noise_model.h"
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/noise_model.h"
 
 namespace tagtwist {
 

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "apps/usage.h"
-#include "frontend/types/result.h"
+#include "apps/support/usage.h"
+#include "frontend/base/result.h"
 
 namespace tagtwist {
 

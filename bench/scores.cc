@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "estimator/batch.h"
-#include "estimator/chi_square.h"
-#include "estimator/format_text.h"
-#include "estimator/sliding_window.h"
+#include "estimator/batch/batch.h"
+#include "estimator/window/sliding_window.h"
+#include "frontend/base/chi_square.h"
+#include "frontend/base/format_text.h"
 
 namespace tagtwist {
 namespace {

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "bench/flights.h"
-#include "estimator/bound.h"
-#include "estimator/comparison_table.h"
-#include "estimator/graph_builder.h"
-#include "frontend/types/result.h"
+#include "estimator/evaluation/error_bound.h"
+#include "estimator/graph/graph_builder.h"
+#include "estimator/report/findings/comparison_table.h"
+#include "frontend/base/result.h"
 
 namespace tagtwist {
 

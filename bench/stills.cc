@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "bench/run_bench.h"
-#include "estimator/quantile.h"
-#include "frontend/find_tags.h"
+#include "frontend/base/option_check.h"
+#include "frontend/base/quantile.h"
+#include "frontend/base/random_stream.h"
 #include "frontend/front_end.h"
-#include "frontend/option_check.h"
-#include "frontend/pose_seed.h"
-#include "frontend/random_stream.h"
-#include "frontend/renderer.h"
+#include "frontend/geometry/frame_pose.h"
+#include "frontend/simulation/renderer.h"
+#include "frontend/tags/find_tags.h"
 #include "frontend/types/so3.h"
 
 DEFINE_int32(pictures, 20, "Of each row.");

@@ -1,10 +1,10 @@
 # `cmake --install`: programs, libraries with their headers, and the package that find_package(tagtwist)
-# finds: tagtwist::types, tagtwist::frontend, tagtwist::residuals, tagtwist::estimator. `cpack`: the same as
+# finds: tagtwist::estimator (Eigen and Ceres alone), tagtwist::online (images in, states out) and the others. `cpack`: the same as
 # Debian packages, tagtwist (programs), tagtwist-dev and python3-tagtwist.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-set(libraries types frontend residuals estimator)
+set(libraries base types geometry frontend simulation io residuals estimator online jobs report)
 foreach(library ${libraries})
   set_target_properties(tagtwist_${library} PROPERTIES EXPORT_NAME ${library})
   install(TARGETS tagtwist_${library} EXPORT tagtwist_targets

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "frontend/homography.h"
-#include "frontend/option_check.h"
-#include "frontend/tag_outline.h"
+#include "frontend/base/option_check.h"
+#include "frontend/geometry/homography.h"
+#include "frontend/geometry/tag_outline.h"
 
 namespace tagtwist {
 namespace {

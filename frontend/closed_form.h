@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "frontend/optical_flow.h"
-#include "frontend/tag_planes.h"
-#include "frontend/twist_ransac.h"
+#include "frontend/flow/optical_flow.h"
+#include "frontend/flow/twist_ransac.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
+#include "frontend/types/tag_planes.h"
 
 namespace tagtwist {
 

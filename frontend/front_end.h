@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "frontend/closed_form.h"
-#include "frontend/klt_tracker.h"
-#include "frontend/tag_detector.h"
+#include "frontend/flow/klt_tracker.h"
+#include "frontend/tags/tag_detector.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"

@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "apps/python/trajectory_arrays.h"
-#include "estimator/comparison_report.h"
-#include "frontend/ground_truth_io.h"
+#include "estimator/report/html/comparison_report.h"
+#include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist::python {
 namespace {

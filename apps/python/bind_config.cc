@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "apps/python/python_types.h"
-#include "estimator/camera_file.h"
-#include "estimator/config.h"
-#include "estimator/tag_map_file.h"
+#include "estimator/online/config.h"
+#include "frontend/io/setup/camera_file.h"
+#include "frontend/io/setup/tag_map_file.h"
 
 namespace tagtwist::python {
 namespace {

@@ -5,10 +5,10 @@
 #include <mutex>
 
 #include "apps/python/python_types.h"
-#include "estimator/config.h"
-#include "frontend/find_tags.h"
+#include "estimator/online/config.h"
+#include "estimator/online/image_size.h"
 #include "frontend/front_end.h"
-#include "frontend/image_size.h"
+#include "frontend/tags/find_tags.h"
 
 namespace tagtwist::python {
 namespace {

@@ -6,12 +6,12 @@
 #include <memory>
 #include <optional>
 
-#include "apps/in_order.h"
 #include "apps/python/frame_source.h"
 #include "apps/python/trajectory_arrays.h"
-#include "apps/recording_options.h"
-#include "apps/run_estimate.h"
-#include "estimator/noise_model.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/jobs/in_order.h"
+#include "estimator/jobs/run.h"
+#include "estimator/online/recording_options.h"
 
 namespace tagtwist::python {
 namespace {

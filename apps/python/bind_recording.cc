@@ -7,8 +7,8 @@
 #include <mutex>
 
 #include "apps/python/trajectory_arrays.h"
-#include "frontend/data_source.h"
-#include "frontend/ground_truth_io.h"
+#include "frontend/io/recordings/data_source.h"
+#include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist::python {
 namespace {

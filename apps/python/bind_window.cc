@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "apps/python/trajectory_arrays.h"
-#include "estimator/online_estimator.h"
+#include "estimator/online/online_estimator.h"
 
 namespace tagtwist::python {
 namespace {

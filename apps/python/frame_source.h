@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/python/python_types.h"
-#include "frontend/data_source.h"
+#include "frontend/io/recordings/data_source.h"
 
 namespace tagtwist::python {
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "frontend/base/result.h"
 #include "frontend/types/measurements.h"
-#include "frontend/types/result.h"
 
 /// The Python module `tagtwist`: values of the libraries as NumPy arrays, and back.
 namespace tagtwist::python {

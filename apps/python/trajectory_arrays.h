@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/python/python_types.h"
-#include "estimator/estimate.h"
-#include "estimator/pose_series.h"
+#include "estimator/evaluation/pose_series.h"
+#include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
 
 namespace tagtwist::python {

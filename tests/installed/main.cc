@@ -4,11 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "estimator/batch.h"
-#include "estimator/config.h"
-#include "estimator/online_estimator.h"
-#include "frontend/named_flights.h"
-#include "frontend/simulator.h"
+#include "estimator/batch/batch.h"
+#include "estimator/online/config.h"
+#include "estimator/online/online_estimator.h"
+#include "frontend/simulation/named_flights.h"
+#include "frontend/simulation/simulator.h"
 
 int main() {
   const tagtwist::Config config = tagtwist::DefaultConfig();

@@ -1,0 +1,35 @@
+#pragma once
+#include <string>
+
+#include "apps/support/usage.h"
+#include "estimator/jobs/run.h"
+#include "frontend/io/recordings/data_source.h"
+
+namespace tagtwist {
+
+/// What the command line of tagtwist_estimate asks for.
+struct EstimateJob {
+  std::string dataset, topic, output, ground_truth;
+  std::string overlay;  // --overlay; empty: none
+  std::string stream;   // --stream; empty: none
+  ConfigFiles config;
+  bool read_images = true;
+  bool write_covariance = false;
+  bool calibrate = false;
+  bool map_unknown_tags = false;
+  double unknown_tag_size_m = 0;  // 0: that of the map's tags
+  bool realtime = false;
+  RunOptions run;
+};
+
+/// What tagtwist_estimate --help prints.
+Usage EstimateUsage();
+
+/// The job that the flags describe, or the flag that is wrong.
+Result<EstimateJob> EstimateJobFromFlags();
+
+/// Flags that stand for keys of the section `estimator` override the config's values; an error
+/// names the flag whose value is out of range.
+Status OverrideOptions(EstimatorOptions* options);
+
+}  // namespace tagtwist

@@ -1,0 +1,38 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "estimator/result/estimate.h"
+#include "frontend/base/result.h"
+
+namespace tagtwist {
+
+/// Rows of states.csv as they come, the header first: to a file, a FIFO, or standard output. Each
+/// row is one write, so that a reader has it at once. When the reader goes away the stream ends,
+/// and nothing else does: the process must not die of SIGPIPE.
+class StateStream {
+ public:
+  /// `path`: a file, which is emptied; a FIFO, whose reader is waited for; "-": standard output.
+  /// "rows.csv: cannot write: Permission denied".
+  static Result<std::unique_ptr<StateStream>> Open(const std::string& path);
+  ~StateStream();
+  StateStream(const StateStream&) = delete;
+  StateStream& operator=(const StateStream&) = delete;
+
+  /// The next row; waits while a pipe is full. After a failure nothing is written any more.
+  void Write(const FrameEstimate& frame);
+  /// Why rows are missing at the end, one line; empty while all were written.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  StateStream(std::string path, int descriptor);
+  void WriteText(const std::string& text);
+
+  std::string path_;
+  int descriptor_;
+  size_t rows_ = 0;
+  std::string problem_;
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,124 @@
+#include "estimator/batch/steady_clock.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace tagtwist {
+namespace {
+
+// stamp = first + period * number, from the first stamp on [s].
+struct Line {
+  double first_s = 0, period_s = 0;
+};
+
+Line FitLine(const std::vector<double>& stamps_s, const std::vector<int64_t>& numbers) {
+  const auto n = static_cast<double>(numbers.size());
+  double mean_t = 0, mean_n = 0;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    mean_t += stamps_s[i] / n;
+    mean_n += static_cast<double>(numbers[i]) / n;
+  }
+  double cross = 0, square = 0;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    const double dn = static_cast<double>(numbers[i]) - mean_n;
+    cross += dn * (stamps_s[i] - mean_t);
+    square += dn * dn;
+  }
+  const double period_s = cross / square;
+  return {mean_t - period_s * mean_n, period_s};
+}
+
+// No frame lost.
+std::vector<int64_t> Consecutive(size_t size) {
+  std::vector<int64_t> numbers;
+  for (size_t i = 0; i < size; ++i) numbers.push_back(static_cast<int64_t>(i));
+  return numbers;
+}
+
+double MedianInterval(const std::vector<double>& stamps_s) {
+  std::vector<double> intervals;
+  for (size_t i = 1; i < stamps_s.size(); ++i) intervals.push_back(stamps_s[i] - stamps_s[i - 1]);
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+// Numbers by a phase-locked loop: a tick runs on at the median interval and is drawn to the stamps,
+// so that neither one late stamp nor a slightly wrong period makes it lose count. A frame counts as
+// lost where the next stamp is 0.7 periods late: earlier ones may be the jitter's.
+std::vector<int64_t> Followed(const std::vector<double>& stamps_s) {
+  constexpr double kGain = 0.1;
+  const double period_s = std::max(MedianInterval(stamps_s), 1e-6);
+  std::vector<int64_t> numbers;
+  double tick_s = stamps_s.front();
+  for (const double t : stamps_s) {
+    const auto steps = static_cast<int64_t>(std::floor((t - tick_s) / period_s + 0.3));
+    const int64_t step = numbers.empty() ? 0 : std::max<int64_t>(1, steps);
+    numbers.push_back(numbers.empty() ? 0 : numbers.back() + step);
+    tick_s += period_s * static_cast<double>(step);
+    tick_s += kGain * (t - tick_s);
+  }
+  return numbers;
+}
+
+// Standard deviations of the line's values, for stamps of this scatter.
+std::vector<double> TickSigmas(const std::vector<int64_t>& numbers, double rms_s) {
+  const auto n = static_cast<double>(numbers.size());
+  double mean = 0, square = 0;
+  for (const int64_t number : numbers) mean += static_cast<double>(number) / n;
+  for (const int64_t number : numbers) square += std::pow(static_cast<double>(number) - mean, 2);
+  std::vector<double> sigmas;
+  for (const int64_t number : numbers) {
+    const double d = static_cast<double>(number) - mean;
+    sigmas.push_back(rms_s * std::sqrt(1 / n + d * d / square));
+  }
+  return sigmas;
+}
+
+// Ticks and stamps apart: root mean square and largest, in periods.
+struct Misfit {
+  double rms = 0, largest = 0;
+};
+
+Misfit MisfitOf(const std::vector<double>& stamps_s, const std::vector<int64_t>& numbers,
+                const Line& line) {
+  Misfit out;
+  for (size_t i = 0; i < stamps_s.size(); ++i) {
+    const double d = (stamps_s[i] - line.first_s) / line.period_s - static_cast<double>(numbers[i]);
+    out.rms += d * d / static_cast<double>(stamps_s.size());
+    out.largest = std::max(out.largest, std::abs(d));
+  }
+  out.rms = std::sqrt(out.rms);
+  return out;
+}
+
+}  // namespace
+
+std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns) {
+  constexpr size_t kLeastStamps = 10;
+  constexpr double kMostMisfit = 0.75;  // periods
+  if (stamps_ns.size() < kLeastStamps) return std::nullopt;
+  std::vector<double> stamps_s;
+  for (const int64_t t : stamps_ns) {
+    stamps_s.push_back(1e-9 * static_cast<double>(t - stamps_ns.front()));
+  }
+  std::optional<SteadyClock> best;
+  for (const std::vector<int64_t>& numbers : {Consecutive(stamps_s.size()), Followed(stamps_s)}) {
+    const Line line = FitLine(stamps_s, numbers);
+    const Misfit misfit = MisfitOf(stamps_s, numbers, line);
+    if (!(misfit.largest < kMostMisfit)) continue;
+    if (best && best->rms_s <= misfit.rms * line.period_s) continue;
+    best.emplace();
+    best->period_s = line.period_s;
+    best->rms_s = misfit.rms * line.period_s;
+    best->sigma_s = TickSigmas(numbers, best->rms_s);
+    for (const int64_t number : numbers) {
+      const double t_s = line.first_s + line.period_s * static_cast<double>(number);
+      best->t_ns.push_back(stamps_ns.front() + static_cast<int64_t>(std::llround(1e9 * t_s)));
+    }
+  }
+  return best;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,54 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+
+#include "estimator/calibration/problem.h"
+#include "residuals/tag_calibration_residual.h"
+
+namespace tagtwist {
+
+/// Weight of a whitened block under the Huber loss, and the loss.
+struct RobustLoss {
+  double weight = 1, cost = 0;
+};
+/// `scale`: where the loss turns linear, in root mean squares of a block of `dof` entries.
+RobustLoss HuberLoss(double squared_norm, double dof, double scale);
+
+constexpr int kTruthColumns = 13;  // mount, world, clock
+
+/// A frame against the ground truth (truth_residual.h), whitened.
+struct WhitenedTruth {
+  Eigen::Matrix<double, 6, 1> residual;
+  Eigen::Matrix<double, 6, 6> by_cam;
+  Eigen::Matrix<double, 6, kTruthColumns> by_shared;
+};
+/// nullopt where the ground truth says nothing.
+std::optional<WhitenedTruth> LinearizeTruth(const CalibrationProblem& problem,
+                                            const CalibrationState& state,
+                                            const CalibrationFrame& frame,
+                                            const CalibrationNoise& noise);
+
+/// A view's whitened residual and its derivatives, without `shared` only by the camera's pose.
+/// False where it cannot be evaluated.
+bool LinearizeView(const CalibrationState& state, const CalibrationFrame& frame,
+                   const CalibrationView& view, TagCalibrationResidual* out, bool shared);
+
+constexpr double kPoseRidge = 1e-9;  // added to the information of a pose that its tags leave open
+
+/// A frame's pose by its own measurements, the shared parameters known.
+struct PoseNormals {
+  double cost = 0;  // half the sum of squares, robust
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+};
+std::optional<PoseNormals> LinearizePose(const CalibrationProblem& problem,
+                                         const CalibrationState& state,
+                                         const CalibrationFrame& frame,
+                                         const CalibrationNoise& noise);
+
+/// Refines a frame's pose, the shared parameters known, by Levenberg-Marquardt; its cost there.
+/// nullopt, the frame unchanged, where its measurements cannot be evaluated.
+std::optional<double> AdjustPose(const CalibrationProblem& problem, const CalibrationState& state,
+                                 const CalibrationNoise& noise, CalibrationFrame* frame);
+
+}  // namespace tagtwist

@@ -1,0 +1,39 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimator/calibration/problem.h"
+
+namespace tagtwist {
+
+/// A calibration's optimum.
+struct CalibrationSolution {
+  bool usable = false;
+  CalibrationState state;
+  std::vector<CalibrationFrame> frames;  // poses at the optimum
+  CalibrationNoise noise;
+  Eigen::MatrixXd covariance;  // by SolveAndLearnNoise: of the error state, full layout; zero where
+                               // it is held
+  double cost = 0;             // half the sum of squares, robust
+  int iterations = 0;
+};
+
+/// Refines shared parameters and frames' poses from `start` by Levenberg-Marquardt, the noise
+/// known. Also with every parameter held: then the poses alone.
+CalibrationSolution SolveCalibration(const CalibrationProblem& problem,
+                                     const CalibrationState& start, const CalibrationNoise& noise);
+
+/// The same in turn with learning the noise: each sigma such that the squares of its residuals
+/// agree with their redundancy. `learn_corners`: false keeps corner_sigma_px.
+CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
+                                       const CalibrationState& start,
+                                       const CalibrationNoise& initial, bool learn_corners);
+
+/// Covariance of the error state where only those parameters were refined that have a sigma in
+/// `applied`: all others of `problem` are where the prior has them, with the prior's uncertainty,
+/// and what they may be off by is in the covariance of the refined ones, too (Schmidt 1966).
+Eigen::MatrixXd ConsiderCovariance(const CalibrationProblem& problem,
+                                   const CalibrationProblem& applied,
+                                   const CalibrationSolution& solution);
+
+}  // namespace tagtwist

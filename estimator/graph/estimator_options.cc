@@ -1,0 +1,72 @@
+#include "estimator/graph/estimator_options.h"
+
+#include <cmath>
+
+namespace tagtwist {
+namespace {
+
+std::optional<std::string> CheckAtLeast(const char* key, int value, int least) {
+  if (value >= least) return std::nullopt;
+  return std::string(key) + ": expected >= " + std::to_string(least) + ", got " +
+         std::to_string(value);
+}
+
+std::optional<std::string> CheckPositive(const char* key, const std::optional<double>& value) {
+  if (!value || (*value > 0 && std::isfinite(*value))) return std::nullopt;
+  return std::string(key) + ": expected > 0, got " + std::to_string(*value);
+}
+
+std::optional<std::string> CheckMotionPrior(const std::string& value) {
+  if (value == "auto" || value == "acceleration" || value == "jerk") return std::nullopt;
+  return "motion_prior: expected auto, acceleration or jerk, got '" + value + "'";
+}
+
+std::optional<std::string> CheckClock(const std::string& value) {
+  if (value == "auto" || value == "stamps" || value == "steady") return std::nullopt;
+  return "clock: expected auto, stamps or steady, got '" + value + "'";
+}
+
+std::optional<std::string> CheckOneDensity(const char* key, const std::optional<double>& value,
+                                           const char* other_key,
+                                           const std::optional<double>& other) {
+  if (!value || !other) return std::nullopt;
+  return std::string(key) + ": expected not to be given together with " + other_key;
+}
+
+std::optional<std::string> CheckDensityOfPrior(const EstimatorOptions& options) {
+  const bool accel = options.accel_psd || options.angular_accel_psd;
+  const bool jerk = options.jerk_psd || options.angular_jerk_psd;
+  if ((options.motion_prior == "acceleration" && jerk) ||
+      (options.motion_prior == "jerk" && accel)) {
+    return "motion_prior: expected one that fits the given density, got " + options.motion_prior;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> EstimatorOptions::Problem() const {
+  for (const auto& problem :
+       {CheckPositive("corner_sigma_px", corner_sigma_px),
+        CheckPositive("track_sigma_px", track_sigma_px), CheckPositive("accel_psd", accel_psd),
+        CheckPositive("angular_accel_psd", angular_accel_psd), CheckPositive("jerk_psd", jerk_psd),
+        CheckPositive("angular_jerk_psd", angular_jerk_psd), CheckMotionPrior(motion_prior),
+        CheckClock(clock), CheckOneDensity("jerk_psd", jerk_psd, "accel_psd", accel_psd),
+        CheckOneDensity("angular_jerk_psd", angular_jerk_psd, "angular_accel_psd",
+                        angular_accel_psd),
+        CheckDensityOfPrior(*this), CheckAtLeast("max_tracks_per_frame", max_tracks_per_frame, 0),
+        CheckAtLeast("track_segment_frames", track_segment_frames, 2),
+        CheckPositive("robust_scale", robust_scale),
+        CheckAtLeast("window_frames", window_frames, 2),
+        CheckAtLeast("max_iterations", max_iterations, 1),
+        CheckAtLeast("window_iterations", window_iterations, 1)}) {
+    if (problem) return problem;
+  }
+  if (window_frames < track_segment_frames) {
+    return "window_frames: expected >= track_segment_frames (" +
+           std::to_string(track_segment_frames) + "), got " + std::to_string(window_frames);
+  }
+  return std::nullopt;
+}
+
+}  // namespace tagtwist

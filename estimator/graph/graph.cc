@@ -1,0 +1,53 @@
+#include "estimator/graph/graph.h"
+
+#include "frontend/types/so3.h"
+
+namespace tagtwist {
+
+GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration) {
+  GraphState out;
+  out.t_ns = t_ns;
+  out.pose = state.world_from_body;
+  out.rates << state.twist.v_world, state.twist.omega_body, acceleration.a_world,
+      acceleration.alpha_body;
+  return out;
+}
+
+BodyState ToBodyState(const GraphState& state) {
+  BodyState out;
+  out.world_from_body = state.pose;
+  out.twist.v_world = state.rates.segment<3>(0);
+  out.twist.omega_body = state.rates.segment<3>(3);
+  return out;
+}
+
+Acceleration ToAcceleration(const GraphState& state) {
+  return {state.rates.segment<3>(6), state.rates.segment<3>(9)};
+}
+
+GraphState Moved(const GraphState& state, const Eigen::Matrix<double, 18, 1>& step) {
+  GraphState out = state;
+  out.pose = MakePose(state.pose.rotation() * ExpSo3(step.head<3>()),
+                      state.pose.translation() + step.segment<3>(3));
+  out.rates += step.tail<12>();
+  return out;
+}
+
+const double* Graph::Parameters(const BlockRef& block) const {
+  const auto index = static_cast<size_t>(block.index);
+  switch (block.kind) {
+    case BlockRef::Kind::kPose:
+      return states[index].pose.params.data();
+    case BlockRef::Kind::kRates:
+      return states[index].rates.data();
+    case BlockRef::Kind::kPoint:
+      return points[index].data();
+  }
+  return nullptr;
+}
+
+double* Graph::Parameters(const BlockRef& block) {
+  return const_cast<double*>(static_cast<const Graph*>(this)->Parameters(block));
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,215 @@
+#include "estimator/graph/graph_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "estimator/graph/noise_model.h"
+#include "residuals/motion_residual.h"
+#include "residuals/prior_residual.h"
+#include "residuals/tag_reprojection_residual.h"
+#include "residuals/track_residual.h"
+
+namespace tagtwist {
+namespace {
+
+// What a body may be expected to do before anything is known of its motion.
+constexpr double kFirstVelocitySigmaMps = 100.0;
+constexpr double kFirstRateSigmaRadps = 200.0;
+constexpr double kFirstAccelerationSigmaMps2 = 50.0;
+constexpr double kFirstAngularAccelerationSigmaRadps2 = 500.0;
+
+BlockRef PoseOf(int state) { return {BlockRef::Kind::kPose, state}; }
+BlockRef RatesOf(int state) { return {BlockRef::Kind::kRates, state}; }
+
+// Standard deviation of the first acceleration: under white noise on acceleration it is idle.
+double FirstAccelerationSigma(const MotionPrior& prior, double under_jerk) {
+  return prior.on == WhiteNoiseOn::kJerk ? under_jerk : 1.0;
+}
+
+Factor FirstRatesPrior(const NoiseModel& noise) {
+  Eigen::VectorXd sigmas(12);
+  sigmas << Eigen::Vector3d::Constant(kFirstVelocitySigmaMps),
+      Eigen::Vector3d::Constant(kFirstRateSigmaRadps),
+      Eigen::Vector3d::Constant(FirstAccelerationSigma(noise.linear, kFirstAccelerationSigmaMps2)),
+      Eigen::Vector3d::Constant(
+          FirstAccelerationSigma(noise.angular, kFirstAngularAccelerationSigmaRadps2));
+  Factor factor;
+  factor.kind = FactorKind::kPrior;
+  factor.blocks = {RatesOf(0)};
+  factor.cost = std::make_shared<PriorResidual>(
+      std::vector<PriorBlock>{{false, Eigen::VectorXd::Zero(12)}},
+      Eigen::MatrixXd(sigmas.cwiseInverse().asDiagonal()), Eigen::VectorXd::Zero(12));
+  return factor;
+}
+
+double HuberDelta(const EstimatorSetup& setup, int dimension) {
+  return setup.options.robust_scale * std::sqrt(static_cast<double>(dimension));
+}
+
+void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& input, Graph* graph) {
+  TagObservation observation;
+  for (size_t i = 0; i < input.frames.size(); ++i) {
+    const auto& tags = input.frames[i].tags;
+    for (size_t k = 0; k < tags.size(); ++k) {
+      observation.corners_in_world = setup.map.CornersInWorld(tags[k].id);
+      observation.pixels = tags[k].corners;
+      observation.covariance = CornerCovariance(setup, tags[k], sigma_px);
+      Factor factor;
+      factor.kind = FactorKind::kTag;
+      factor.blocks = {PoseOf(static_cast<int>(i))};
+      factor.huber_delta = TagHuberDelta(setup);
+      factor.source = static_cast<int>(k);
+      factor.cost =
+          std::make_shared<TagReprojectionResidual>(observation, setup.camera, setup.cam_from_body);
+      graph->factors.push_back(std::move(factor));
+    }
+  }
+}
+
+void AddMotion(const NoiseModel& noise, Graph* graph) {
+  for (size_t i = 0; i + 1 < graph->states.size(); ++i) {
+    graph->factors.push_back(MotionFactor(*graph, static_cast<int>(i), noise));
+  }
+}
+
+// The plane of the map that a pixel shows; the only one is not asked.
+const TrackPlane* PlaneSeenAt(const EstimatorSetup& setup, const Pose& world_from_body,
+                              const Eigen::Vector2d& pixel) {
+  if (setup.planes.size() == 1) return &setup.planes.front();
+  const auto ray = setup.camera.Unproject(pixel);
+  if (!ray) return nullptr;
+  const Pose world_from_cam = world_from_body * Inverse(setup.cam_from_body);
+  const auto plane = PlaneOfRay(setup.planes, world_from_cam.translation(),
+                                world_from_cam.rotation() * ray->homogeneous());
+  return plane ? &setup.planes[*plane] : nullptr;
+}
+
+// A segment's point on the plane that its first view shows, as its views say it from the states'
+// poses: the median of each coordinate. Beyond the plane's tags nothing is known of the surface.
+std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const Graph& graph,
+                                              int first_state, const TrackSegment& segment,
+                                              const TrackPlane& plane) {
+  std::vector<double> x, y;
+  for (size_t k = 0; k < segment.pixels.size(); ++k) {
+    const Pose& pose = graph.states[static_cast<size_t>(first_state) + k].pose;
+    const auto point = PointOnPlane(setup, pose, plane.world_from_plane, segment.pixels[k]);
+    if (!point) return std::nullopt;
+    x.push_back(point->x());
+    y.push_back(point->y());
+  }
+  const auto middle = static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), x.begin() + middle, x.end());
+  std::nth_element(y.begin(), y.begin() + middle, y.end());
+  const Eigen::Vector2d point(x[x.size() / 2], y[y.size() / 2]);
+  if (!plane.region.contains(point)) return std::nullopt;
+  return point;
+}
+
+void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& input,
+               Graph* graph) {
+  if (!setup.options.use_tracks) return;
+  const int end_frame = input.first_frame + static_cast<int>(input.frames.size());
+  for (size_t s = 0; s < input.segments.size(); ++s) {
+    const TrackSegment& segment = input.segments[s];
+    if (segment.pixels.size() < 2 || segment.first_frame < input.first_frame ||
+        segment.last_frame() >= end_frame) {
+      continue;
+    }
+    const int first = segment.first_frame - input.first_frame;
+    const TrackPlane* plane =
+        PlaneSeenAt(setup, graph->states[static_cast<size_t>(first)].pose, segment.pixels.front());
+    if (plane == nullptr) continue;
+    const auto point = PointOfSegment(setup, *graph, first, segment, *plane);
+    if (!point) continue;
+    const BlockRef point_ref{BlockRef::Kind::kPoint, static_cast<int>(graph->points.size())};
+    graph->points.push_back(*point);
+    for (size_t k = 0; k < segment.pixels.size(); ++k) {
+      Factor factor;
+      factor.kind = FactorKind::kTrack;
+      factor.blocks = {PoseOf(first + static_cast<int>(k)), point_ref};
+      factor.huber_delta = HuberDelta(setup, 2);
+      factor.source = static_cast<int>(s);
+      factor.cost = std::make_shared<TrackResidual>(
+          segment.pixels[k], sigma_px, plane->world_from_plane, setup.camera, setup.cam_from_body);
+      graph->factors.push_back(std::move(factor));
+    }
+  }
+}
+
+bool CanBeEvaluated(const Graph& graph, const Factor& factor) {
+  if (factor.kind == FactorKind::kMotion || factor.kind == FactorKind::kPrior) return true;
+  std::vector<const double*> parameters;
+  for (const BlockRef& block : factor.blocks) parameters.push_back(graph.Parameters(block));
+  Eigen::VectorXd residual(factor.cost->num_residuals());
+  return factor.cost->Evaluate(parameters.data(), residual.data(), nullptr);
+}
+
+}  // namespace
+
+Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise) {
+  const GraphState &first = graph.states[static_cast<size_t>(k)],
+                   &second = graph.states[static_cast<size_t>(k) + 1];
+  Factor factor;
+  factor.kind = FactorKind::kMotion;
+  factor.blocks = {PoseOf(k), RatesOf(k), PoseOf(k + 1), RatesOf(k + 1)};
+  factor.cost = std::make_shared<MotionResidual>(ToSeconds(second.t_ns - first.t_ns), noise.linear,
+                                                 noise.angular);
+  return factor;
+}
+
+Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input) {
+  Graph graph;
+  for (const GraphFrame& frame : input.frames) {
+    graph.states.push_back(ToGraphState(frame.t_ns, frame.state, frame.acceleration));
+  }
+  graph.factors.push_back(input.prior ? *input.prior : FirstRatesPrior(noise));
+  AddTags(setup, noise.corner_sigma_px, input, &graph);
+  AddMotion(noise, &graph);
+  AddTracks(setup, noise.track_sigma_px, input, &graph);
+  const auto useless = [&](const Factor& factor) { return !CanBeEvaluated(graph, factor); };
+  graph.factors.erase(std::remove_if(graph.factors.begin(), graph.factors.end(), useless),
+                      graph.factors.end());
+  return graph;
+}
+
+double TagHuberDelta(const EstimatorSetup& setup) { return HuberDelta(setup, 8); }
+
+Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
+                                             double sigma_px) {
+  const Eigen::Matrix<double, 8, 8> other =
+      sigma_px * sigma_px * Eigen::Matrix<double, 8, 8>::Identity();
+  return tag.covariance && !setup.options.corner_sigma_px ? *tag.covariance + other : other;
+}
+
+std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
+                                            const Pose& world_from_body,
+                                            const Pose& world_from_plane,
+                                            const Eigen::Vector2d& pixel) {
+  const auto ray = setup.camera.Unproject(pixel);
+  if (!ray) return std::nullopt;
+  const Pose plane_from_cam =
+      Inverse(world_from_plane) * world_from_body * Inverse(setup.cam_from_body);
+  const Eigen::Vector3d direction =
+      plane_from_cam.rotation() * Eigen::Vector3d(ray->x(), ray->y(), 1);
+  const Eigen::Vector3d origin = plane_from_cam.translation();
+  const double depth = -origin.z() / direction.z();
+  constexpr double kMaxDepthM = 100;  // farther is a grazing view: no use, and badly conditioned
+  if (!(depth > 0.01 && depth < kMaxDepthM)) return std::nullopt;
+  return (origin + depth * direction).head<2>();
+}
+
+void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {
+  for (size_t i = 0; i < graph.states.size(); ++i) {
+    (*frames)[i].state = ToBodyState(graph.states[i]);
+    (*frames)[i].acceleration = ToAcceleration(graph.states[i]);
+  }
+}
+
+EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
+                                  const TagMap& map, const EstimatorOptions& options) {
+  return {camera, cam_from_body, map, options, FindTrackPlanes(map)};
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,75 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "estimator/graph/estimator_options.h"
+#include "estimator/graph/graph.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/graph/track_planes.h"
+#include "estimator/graph/track_segments.h"
+#include "frontend/base/for_ranges.h"
+#include "frontend/types/camera.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// What does not change during a run.
+struct EstimatorSetup {
+  Camera camera;
+  Pose cam_from_body;
+  TagMap map;
+  EstimatorOptions options;
+  std::vector<TrackPlane> planes;     // of the map
+  ForRanges for_ranges = InOneRange;  // how a batch does work that can be split
+};
+
+/// Finds the map's planes.
+EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
+                                  const TagMap& map, const EstimatorOptions& options);
+
+/// One frame as the graph takes it.
+struct GraphFrame {
+  int64_t t_ns = 0;
+  BodyState state;                 // where the solve starts, and then its result
+  Acceleration acceleration;       // likewise
+  std::vector<TagDetection> tags;  // accepted ones
+};
+
+/// Consecutive frames, the pieces of tracks that lie wholly in them, and what is known from before.
+struct GraphInput {
+  std::vector<GraphFrame> frames;
+  int first_frame = 0;  // of `frames`, in the count of the segments
+  std::vector<TrackSegment>
+      segments;                 // those with views outside the frames, or one view, are passed over
+  std::optional<Factor> prior;  // of marginalised states; without one the first rates get a
+                                // weak one, for a single frame says nothing about motion
+};
+
+/// The factor graph of these frames: tags, tracks, motion between neighbours, prior. Factors that
+/// cannot be evaluated at the frames' states (a corner behind the camera) are left out.
+Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input);
+
+/// The motion prior between states k and k + 1.
+Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise);
+
+/// Huber's threshold on the norm of a tag's whitened residual.
+double TagHuberDelta(const EstimatorSetup& setup);
+
+/// Of a detection's corners, 8x8, u1 v1 .. u4 v4 [px^2]: the detection's own covariance where it
+/// has one and the user gives no sigma, and what of the corners' errors it does not explain:
+/// sigma_px.
+Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
+                                             double sigma_px);
+
+/// Where the ray through a pixel meets a plane z = 0 of its own frame, in that frame [m]; nullopt
+/// where it does not, or more than 100 m away: a grazing view.
+std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
+                                            const Pose& world_from_body,
+                                            const Pose& world_from_plane,
+                                            const Eigen::Vector2d& pixel);
+
+/// Writes the graph's states back into the frames.
+void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames);
+
+}  // namespace tagtwist

@@ -1,0 +1,262 @@
+#include "estimator/graph/linear_system.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "residuals/motion_residual.h"
+#include "residuals/pose_manifold.h"
+#include "residuals/tag_reprojection_residual.h"
+
+namespace tagtwist {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr int kSize = BlockBandedMatrix::kSize;
+
+// Where a block starts in the error state of its state.
+int OffsetInState(BlockRef::Kind kind) { return kind == BlockRef::Kind::kPose ? 0 : 6; }
+
+// What the factors on one point have said so far.
+struct PointSystem {
+  Eigen::Matrix2d hessian = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  std::vector<std::pair<int, Eigen::Matrix<double, 6, 2>>> pose_point;  // state, H(pose, point)
+};
+
+// Most states apart that two blocks of a factor, or two views of a point, lie.
+int Bandwidth(const Graph& graph, const std::vector<bool>& use) {
+  int bandwidth = 1;
+  std::vector<std::array<int, 2>> spans(graph.points.size(), {-1, -1});
+  for (size_t f = 0; f < graph.factors.size(); ++f) {
+    if (!use.empty() && !use[f]) continue;
+    int low = -1, high = -1;
+    for (const BlockRef& block : graph.factors[f].blocks) {
+      if (block.kind == BlockRef::Kind::kPoint) {
+        auto& span = spans[static_cast<size_t>(block.index)];
+        span[0] = span[0] < 0 ? low : std::min(span[0], low);
+        span[1] = std::max(span[1], high);
+        low = span[0], high = span[1];
+        continue;
+      }
+      low = low < 0 ? block.index : std::min(low, block.index);
+      high = std::max(high, block.index);
+    }
+    bandwidth = std::max(bandwidth, high - low);
+  }
+  return bandwidth;
+}
+
+void AddTag(int state, const LinearFactor& linear, LinearSystem* system) {
+  const Eigen::Map<const Eigen::Matrix<double, 8, 6>> jacobian(linear.jacobian.data());
+  const Eigen::Map<const Eigen::Matrix<double, 8, 1>> residual(linear.residual.data());
+  system->hessian.At(state, state).topLeftCorner<6, 6>() +=
+      jacobian.transpose().lazyProduct(jacobian);
+  system->gradient.segment<6>(kSize * state) += jacobian.transpose().lazyProduct(residual);
+}
+
+void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
+  if (factor.kind == FactorKind::kTag) return AddTag(factor.blocks[0].index, linear, system);
+  if (factor.kind == FactorKind::kMotion) {
+    return AddMotion(factor.blocks[0].index, linear.residual, linear.jacobian, system);
+  }
+  int column_a = 0;
+  for (const BlockRef& a : factor.blocks) {
+    const int size_a = TangentSize(a.kind);
+    if (a.kind != BlockRef::Kind::kPoint) {
+      const auto jacobian_a = linear.jacobian.middleCols(column_a, size_a);
+      system->gradient.segment(kSize * a.index + OffsetInState(a.kind), size_a).noalias() +=
+          jacobian_a.transpose() * linear.residual;
+      int column_b = 0;
+      for (const BlockRef& b : factor.blocks) {
+        if (b.kind != BlockRef::Kind::kPoint && b.index <= a.index) {
+          system->hessian.At(a.index, b.index)
+              .block(OffsetInState(a.kind), OffsetInState(b.kind), size_a, TangentSize(b.kind))
+              .noalias() +=
+              jacobian_a.transpose() * linear.jacobian.middleCols(column_b, TangentSize(b.kind));
+        }
+        column_b += TangentSize(b.kind);
+      }
+    }
+    column_a += size_a;
+  }
+}
+
+// A track factor: pose first, point second.
+void AddPoint(const Factor& factor, const LinearFactor& linear, PointSystem* point) {
+  const auto d_pose = linear.jacobian.leftCols<6>();
+  const auto d_point = linear.jacobian.rightCols<2>();
+  point->hessian.noalias() += d_point.transpose() * d_point;
+  point->gradient.noalias() += d_point.transpose() * linear.residual;
+  point->pose_point.emplace_back(factor.blocks[0].index, d_pose.transpose() * d_point);
+}
+
+void EliminatePoint(const PointSystem& point, LinearSystem* system) {
+  if (point.pose_point.empty()) return;
+  const Eigen::Matrix2d inverse = point.hessian.inverse();
+  if (!inverse.allFinite()) return;
+  for (const auto& [a, pose_point_a] : point.pose_point) {
+    const Eigen::Matrix<double, 6, 2> gain = pose_point_a * inverse;
+    system->gradient.segment<6>(kSize * a).noalias() -= gain * point.gradient;
+    for (const auto& [b, pose_point_b] : point.pose_point) {
+      if (b > a) continue;
+      system->hessian.At(a, b).topLeftCorner<6, 6>().noalias() -= gain * pose_point_b.transpose();
+    }
+  }
+}
+
+// LinearizeFactor before its loss: of the many factors without detours, of all others through
+// their cost function.
+bool LinearizeTag(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  Eigen::Matrix<double, 8, 1> residual;
+  Eigen::Matrix<double, 8, 6> jacobian;
+  if (!static_cast<const TagReprojectionResidual&>(*factor.cost)
+           .Linearize(graph.Parameters(factor.blocks[0]), &residual, &jacobian)) {
+    return false;
+  }
+  out->residual = residual;
+  out->jacobian = jacobian;
+  return true;
+}
+
+void LinearizeMotion(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  Eigen::Matrix<double, 18, 1> residual;
+  Eigen::Matrix<double, 18, 36> jacobian;
+  std::array<const double*, 4> parameters;
+  for (size_t i = 0; i < 4; ++i) parameters[i] = graph.Parameters(factor.blocks[i]);
+  static_cast<const MotionResidual&>(*factor.cost)
+      .Linearize(parameters.data(), &residual, &jacobian);
+  out->residual = residual;
+  out->jacobian = jacobian;
+}
+
+bool LinearizeAny(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  const auto& sizes = factor.cost->parameter_block_sizes();
+  const int rows = factor.cost->num_residuals();
+  std::vector<const double*> parameters;
+  std::vector<RowMajor> ambient;
+  std::vector<double*> pointers;
+  int columns = 0;
+  ambient.reserve(sizes.size());
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    parameters.push_back(graph.Parameters(factor.blocks[i]));
+    ambient.emplace_back(rows, sizes[i]);
+    pointers.push_back(ambient.back().data());
+    columns += TangentSize(factor.blocks[i].kind);
+  }
+  out->residual.resize(rows);
+  if (!factor.cost->Evaluate(parameters.data(), out->residual.data(), pointers.data())) {
+    return false;
+  }
+  out->jacobian.resize(rows, columns);
+  int column = 0;
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    const int size = TangentSize(factor.blocks[i].kind);
+    if (factor.blocks[i].kind == BlockRef::Kind::kPose) {
+      Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+      PoseManifold().PlusJacobian(parameters[i], plus.data());
+      out->jacobian.middleCols(column, size).noalias() = ambient[i] * plus;
+    } else {
+      out->jacobian.middleCols(column, size) = ambient[i];
+    }
+    column += size;
+  }
+  return true;
+}
+
+}  // namespace
+
+int TangentSize(BlockRef::Kind kind) {
+  switch (kind) {
+    case BlockRef::Kind::kPose:
+      return 6;
+    case BlockRef::Kind::kRates:
+      return 12;
+    case BlockRef::Kind::kPoint:
+      return 2;
+  }
+  return 0;
+}
+
+bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out) {
+  if (factor.kind == FactorKind::kTag) {
+    if (!LinearizeTag(graph, factor, out)) return false;
+  } else if (factor.kind == FactorKind::kMotion) {
+    LinearizeMotion(graph, factor, out);
+  } else if (!LinearizeAny(graph, factor, out)) {
+    return false;
+  }
+  const double norm = out->residual.norm();
+  out->weight =
+      factor.huber_delta > 0 && norm > factor.huber_delta ? factor.huber_delta / norm : 1.0;
+  if (out->weight < 1) {
+    out->residual *= std::sqrt(out->weight);
+    out->jacobian *= std::sqrt(out->weight);
+  }
+  return true;
+}
+
+double RobustCost(const Factor& factor, const LinearFactor& linear) {
+  const double weighted = linear.residual.squaredNorm();  // weight * norm^2
+  if (linear.weight >= 1) return 0.5 * weighted;
+  return weighted - 0.5 * factor.huber_delta * factor.huber_delta;  // delta norm - delta^2 / 2
+}
+
+void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,
+               const Eigen::Matrix<double, 18, 36>& jacobian, LinearSystem* system) {
+  // Zeros are left out.
+  using Matrix9 = Eigen::Matrix<double, 9, 9>;
+  for (const MotionResidual::Part& part : {MotionResidual::kAngular, MotionResidual::kLinear}) {
+    const Eigen::Matrix<double, 9, 1> residual = whole_residual.segment<9>(part.first_row);
+    std::array<Matrix9, 2> j;
+    for (int i = 0; i < 3; ++i) {
+      const int column = part.columns[static_cast<size_t>(i)];
+      j[0].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, column);
+      j[1].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, kSize + column);
+    }
+    for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
+      const auto& j_a = j[static_cast<size_t>(a)];
+      const Matrix9 product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
+      auto& block = system->hessian.At(state + a, state + b);
+      for (size_t c = 0; c < 9; ++c) {
+        block.block<3, 3>(part.columns[c / 3], part.columns[c % 3]) += product.block<3, 3>(
+            3 * static_cast<Eigen::Index>(c / 3), 3 * static_cast<Eigen::Index>(c % 3));
+      }
+    }
+    for (int s = 0; s < 2; ++s) {
+      const Eigen::Matrix<double, 9, 1> g =
+          j[static_cast<size_t>(s)].transpose().lazyProduct(residual);
+      for (int i = 0; i < 3; ++i) {
+        const int row = kSize * (state + s) + part.columns[static_cast<size_t>(i)];
+        system->gradient.segment<3>(row) += g.segment<3>(3 * i);
+      }
+    }
+  }
+}
+
+LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
+  const int size = static_cast<int>(graph.states.size());
+  LinearSystem system{BlockBandedMatrix(size, std::min(size - 1, Bandwidth(graph, use))),
+                      Eigen::VectorXd::Zero(kSize * size), 0, true};
+  std::vector<PointSystem> points(graph.points.size());
+  LinearFactor linear;
+  for (size_t f = 0; f < graph.factors.size(); ++f) {
+    if (!use.empty() && !use[f]) continue;
+    const Factor& factor = graph.factors[f];
+    if (!LinearizeFactor(graph, factor, &linear)) {
+      system.is_whole = false;
+      continue;
+    }
+    system.cost += RobustCost(factor, linear);
+    AddStateBlocks(factor, linear, &system);
+    if (factor.blocks.back().kind == BlockRef::Kind::kPoint) {
+      AddPoint(factor, linear, &points[static_cast<size_t>(factor.blocks.back().index)]);
+    }
+  }
+  for (const PointSystem& point : points) EliminatePoint(point, &system);
+  return system;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,44 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimator/graph/graph.h"
+#include "estimator/linear/block_banded.h"
+
+namespace tagtwist {
+
+/// A factor linearised at the graph's values: whitened residual and Jacobian in the tangents of its
+/// blocks side by side (pose 6, rates 12, point 2), both scaled by the square root of the robust
+/// weight.
+struct LinearFactor {
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd jacobian;
+  double weight = 1;  // of the Huber loss, in (0, 1]
+};
+
+/// Returns false when the factor cannot be evaluated here (a point behind the camera).
+bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out);
+
+/// Half the sum of squares of a linearised factor, under its Huber loss.
+double RobustCost(const Factor& factor, const LinearFactor& linear);
+
+/// Columns of a block in its factor's Jacobian.
+int TangentSize(BlockRef::Kind kind);
+
+/// Normal equations H d = -gradient over the error states of
+/// all states (see GraphState), the points eliminated by their Schur complement.
+struct LinearSystem {
+  BlockBandedMatrix hessian{0, 0};
+  Eigen::VectorXd gradient;
+  double cost = 0;       // half the sum of squares, robust
+  bool is_whole = true;  // no factor had to be left out because it cannot be evaluated here
+};
+
+/// Adds a motion prior between this state and the next, linearised as MotionResidual does.
+void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& residual,
+               const Eigen::Matrix<double, 18, 36>& jacobian, LinearSystem* system);
+
+/// Normal equations of those factors whose entry in `use` is true (all when empty).
+LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use = {});
+
+}  // namespace tagtwist

@@ -1,0 +1,20 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/pose.h"
+
+namespace tagtwist {
+
+/// Cramér-Rao bound of a pose from the tags of its own frame and nothing else: no unbiased
+/// estimator has a smaller covariance. (sum J' R^-1 J)^-1 over the tags, J the derivative of a
+/// tag's pixels by the pose at world_from_body, R the covariance of its corners at this noise.
+/// nullopt where the tags do not fix the pose: there are none, or a corner lies behind the camera.
+std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corner_sigma_px,
+                                        const Pose& world_from_body,
+                                        const std::vector<TagDetection>& tags);
+
+}  // namespace tagtwist

@@ -1,0 +1,19 @@
+#include "estimator/graph/reprojection.h"
+
+namespace tagtwist {
+
+std::vector<double> ReprojectionErrors(const EstimatorSetup& setup, const GraphFrame& frame) {
+  std::vector<double> errors;
+  const Pose cam_from_world = setup.cam_from_body * Inverse(frame.state.world_from_body);
+  for (const TagDetection& tag : frame.tags) {
+    const auto& corners = setup.map.CornersInWorld(tag.id);
+    for (size_t c = 0; c < 4; ++c) {
+      Eigen::Vector2d pixel;
+      if (!setup.camera.Project(cam_from_world * corners[c], &pixel)) continue;
+      errors.push_back((pixel - tag.corners[c]).norm());
+    }
+  }
+  return errors;
+}
+
+}  // namespace tagtwist

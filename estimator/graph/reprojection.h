@@ -1,0 +1,11 @@
+#pragma once
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+
+namespace tagtwist {
+
+/// Distance of every accepted corner from its prediction [px], frame by frame.
+std::vector<double> ReprojectionErrors(const EstimatorSetup& setup, const GraphFrame& frame);
+
+}  // namespace tagtwist

@@ -1,0 +1,121 @@
+#include "estimator/graph/track_segments.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "frontend/base/format_text.h"
+
+namespace tagtwist {
+namespace {
+
+// Tracks that a tag makes up for.
+constexpr int kTracksPerTag = 7;
+
+// A scattered order of ids: neighbours in the image, born together, do not stay together.
+uint64_t Scatter(int64_t id) { return static_cast<uint64_t>(id) * 0x9E3779B97F4A7C15ULL; }
+
+// Frames after which a segment is cut: the first of a track is shorter, by its id.
+int SegmentLimit(const TrackSegment& segment, int segment_frames) {
+  const int stagger = static_cast<int>(Scatter(segment.track_id) >> 32) & 0x7FFFFFFF;
+  const int phase = (segment.first_frame + stagger) % segment_frames;
+  return std::max(2, segment_frames - phase);
+}
+
+}  // namespace
+
+int TagsThatReplaceTracks(int max_tracks_per_frame) {
+  return std::max(1, (max_tracks_per_frame + kTracksPerTag - 1) / kTracksPerTag);
+}
+
+std::optional<std::string> TrackTally::Warning() const {
+  constexpr size_t kLeast = 20, kOneIn = 10;
+  if (contradicted < kLeast || kOneIn * contradicted < used) return std::nullopt;
+  return Format(
+      "%zu of %zu pieces of tracked points did not lie still on the tags' surface, and were left "
+      "out: something moves in view, or stands out of it",
+      contradicted, used);
+}
+
+TrackTally TallyOf(const std::vector<TrackSegment>& segments) {
+  TrackTally out;
+  for (const TrackSegment& segment : segments) out.used += segment.pixels.size() > 1 ? 1 : 0;
+  return out;
+}
+
+void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags) {
+  const int frame = next_frame_++;
+  const int budget = options_.max_tracks_per_frame - kTracksPerTag * n_tags;
+  std::map<int64_t, size_t> still_open;
+  std::vector<const TrackObservation*> fresh;
+  int n_used = 0;
+  for (const TrackObservation& track : tracks) {
+    if (track.on_tag) continue;
+    const auto it = open_.find(track.track_id);
+    if (it == open_.end()) {
+      fresh.push_back(&track);
+      continue;
+    }
+    TrackSegment& segment = segments_[it->second];
+    segment.pixels.push_back(track.pixel);
+    ++n_used;
+    // A full one ends here; its track may begin another in the next frame.
+    if (static_cast<int>(segment.pixels.size()) < SegmentLimit(segment, options_.segment_frames)) {
+      still_open.insert(*it);
+    }
+  }
+  open_ = std::move(still_open);
+  std::sort(fresh.begin(), fresh.end(), [](const auto* a, const auto* b) {
+    return Scatter(a->track_id) < Scatter(b->track_id);
+  });
+  std::map<int64_t, Eigen::Vector2d> unused;
+  for (const TrackObservation* track : fresh) {
+    if (n_used < budget) {
+      Begin(*track, frame);
+      ++n_used;
+    } else {
+      unused.emplace(track->track_id, track->pixel);
+    }
+  }
+  unused_ = std::move(unused);
+}
+
+void TrackSegmenter::Begin(const TrackObservation& track, int frame) {
+  const auto before = unused_.find(track.track_id);
+  open_.emplace(track.track_id, segments_.size());
+  if (before != unused_.end()) {
+    segments_.push_back({track.track_id, frame - 1, {before->second, track.pixel}});
+  } else if (track.pixel_before) {
+    segments_.push_back({track.track_id, frame - 1, {*track.pixel_before, track.pixel}});
+  } else {
+    segments_.push_back({track.track_id, frame, {track.pixel}});
+  }
+}
+
+void TrackSegmenter::Reject(const std::vector<bool>& rejected) {
+  for (size_t i = 0; i < rejected.size(); ++i) {
+    if (!rejected[i]) continue;
+    ++tally_.used;
+    ++tally_.contradicted;
+    segments_[i].pixels.clear();
+    const auto it = open_.find(segments_[i].track_id);
+    if (it != open_.end() && it->second == i) open_.erase(it);
+  }
+}
+
+void TrackSegmenter::DropBefore(int first_frame) {
+  std::vector<TrackSegment> kept;
+  std::map<int64_t, size_t> still_open;
+  for (size_t i = 0; i < segments_.size(); ++i) {
+    if (segments_[i].first_frame < first_frame) {
+      tally_.used += segments_[i].pixels.size() > 1 ? 1 : 0;
+      continue;
+    }
+    const auto it = open_.find(segments_[i].track_id);
+    if (it != open_.end() && it->second == i) still_open.emplace(it->first, kept.size());
+    kept.push_back(std::move(segments_[i]));
+  }
+  segments_ = std::move(kept);
+  open_ = std::move(still_open);
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,38 @@
+#include "estimator/jobs/calibrate_recording.h"
+
+#include <utility>
+
+#include "estimator/jobs/measurement_stream.h"
+#include "estimator/jobs/progress.h"
+
+namespace tagtwist {
+
+Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label,
+                                                        DataSource* source, const Config& config,
+                                                        const RunOptions& options) {
+  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads);
+  if (!stream) return stream.error();
+  std::vector<FrameMeasurements> out;
+  Progress progress(label, source->stamps_ns().size());
+  while (true) {
+    auto next = stream->Next();
+    if (!next) return next.error();
+    if (!*next) break;
+    out.push_back(std::move((*next)->measurements));
+    out.back().tracks = {};
+    progress.Update(out.size());
+  }
+  return out;
+}
+
+Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* source,
+                                       const Config& config, const RunOptions& options,
+                                       const std::vector<TruthSample>& truth) {
+  const auto measurements = MeasureRecording("calibrating", source, config, options);
+  if (!measurements) return measurements.error();
+  auto calibration = Calibrate(CalibrationInputOf(config), *measurements, truth);
+  if (!calibration) return Error{dataset + ": " + calibration.error().message};
+  return calibration;
+}
+
+}  // namespace tagtwist

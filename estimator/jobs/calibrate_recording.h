@@ -1,0 +1,22 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "estimator/calibration/calibration.h"
+#include "estimator/jobs/run.h"
+#include "estimator/online/config.h"
+
+namespace tagtwist {
+
+/// The tags of every frame of a recording, without tracks. A progress bar of that label runs on a
+/// terminal.
+Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label,
+                                                        DataSource* source, const Config& config,
+                                                        const RunOptions& options);
+
+/// Measures a whole recording and calibrates by it. Errors name `dataset`.
+Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* source,
+                                       const Config& config, const RunOptions& options,
+                                       const std::vector<TruthSample>& truth);
+
+}  // namespace tagtwist

@@ -1,0 +1,87 @@
+#include "estimator/linear/block_banded.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "estimator/linear/block_kernels.h"
+
+namespace tagtwist {
+namespace {
+
+using Block = BlockBandedMatrix::Block;
+constexpr int kSize = BlockBandedMatrix::kSize;
+
+// Last block row that column j reaches.
+int LastRow(const BlockBandedMatrix& m, int j) { return std::min(m.size() - 1, j + m.bandwidth()); }
+
+}  // namespace
+
+BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::move(matrix)) {
+  for (int j = 0; j < l_.size() && ok_; ++j) {
+    const Block& l_jj = l_.At(j, j);
+    ok_ = FactorInPlace(&l_.At(j, j));
+    if (!ok_) return;
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) SolveRightTransposed(l_jj, &l_.At(i, j));
+    for (int k = j + 1; k <= LastRow(l_, j); ++k) {
+      SubtractSquare(l_.At(k, j), &l_.At(k, k));
+      for (int i = k + 1; i <= LastRow(l_, j); ++i) {
+        SubtractProductTransposed(l_.At(i, j), l_.At(k, j), &l_.At(i, k));
+      }
+    }
+  }
+}
+
+Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
+  Eigen::VectorXd x = b;
+  const auto part = [&x](int j) { return x.segment<kSize>(kSize * j); };
+  for (int j = 0; j < l_.size(); ++j) {
+    const BlockVector x_j = Solved(l_.At(j, j), part(j));
+    part(j) = x_j;
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) part(i) -= l_.At(i, j).lazyProduct(x_j);
+  }
+  for (int j = l_.size() - 1; j >= 0; --j) {
+    BlockVector x_j = part(j);
+    for (int i = j + 1; i <= LastRow(l_, j); ++i) {
+      x_j -= l_.At(i, j).transpose().lazyProduct(part(i));
+    }
+    part(j) = SolvedTransposed(l_.At(j, j), x_j);
+  }
+  return x;
+}
+
+double BlockBandedCholesky::LogDeterminant() const {
+  double sum = 0;
+  for (int j = 0; j < l_.size(); ++j) sum += l_.At(j, j).diagonal().array().log().sum();
+  return 2 * sum;
+}
+
+// From the last column to the first: each needs its own part of L, and of the inverse what lies
+// beyond it, so that the inverse can take L's place.
+BlockBandedMatrix BlockBandedCholesky::Inverted() && {
+  BlockBandedMatrix p = std::move(l_);
+  std::vector<Block, Eigen::aligned_allocator<Block>> g;  // L_kj L_jj^-1, k = j+1...
+  for (int j = p.size() - 1; j >= 0; --j) {
+    const int last = LastRow(p, j);
+    const Block l_jj = p.At(j, j);
+    g.clear();
+    for (int k = j + 1; k <= last; ++k) {
+      g.push_back(p.At(k, j));
+      SolveRight(l_jj, &g.back());
+    }
+    Block& p_jj = p.At(j, j);
+    p_jj = InverseOf(l_jj);
+    for (int i = j + 1; i <= last; ++i) {
+      Block& p_ij = p.At(i, j);
+      p_ij.setZero();
+      for (int k = j + 1; k <= last; ++k) {
+        const Block& g_k = g[static_cast<size_t>(k - j - 1)];
+        SubtractProduct(i >= k ? p.At(i, k) : Block(p.At(k, i).transpose()), g_k, &p_ij);
+      }
+      SubtractProduct(p_ij.transpose(), g[static_cast<size_t>(i - j - 1)], &p_jj);
+    }
+    p_jj = (0.5 * (p_jj + p_jj.transpose())).eval();
+  }
+  return p;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,30 @@
+#pragma once
+#include "estimator/linear/block.h"
+
+namespace tagtwist {
+
+/// Products and triangular solves of blocks. Column by column, each in registers from its first
+/// summand to its last: at this size Eigen's general kernels spend more time on packing and on
+/// choosing than on sums. Lower triangular L always has zeros above its diagonal.
+
+/// c -= a b.
+void SubtractProduct(const Block& a, const Block& b, Block* c);
+/// c -= a b'.
+void SubtractProductTransposed(const Block& a, const Block& b, Block* c);
+/// c -= a a' in the lower triangle; above it c may take any value.
+void SubtractSquare(const Block& a, Block* c);
+/// L L' = a in a's place, of which only the lower triangle is read; false where it is not positive
+/// definite.
+bool FactorInPlace(Block* a);
+/// x = x L'^-1.
+void SolveRightTransposed(const Block& l, Block* x);
+/// x = x L^-1.
+void SolveRight(const Block& l, Block* x);
+/// (L L')^-1.
+Block InverseOf(const Block& l);
+
+/// L^-1 x, and L'^-1 x.
+BlockVector Solved(const Block& l, const BlockVector& x);
+BlockVector SolvedTransposed(const Block& l, const BlockVector& x);
+
+}  // namespace tagtwist

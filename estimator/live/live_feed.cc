@@ -1,0 +1,85 @@
+#include "estimator/live/live_feed.h"
+
+#include <chrono>
+#include <utility>
+
+namespace tagtwist {
+namespace {
+
+constexpr std::chrono::milliseconds kPatience(20);  // between looks at Options::stop
+
+}  // namespace
+
+int64_t SteadyNowNs() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+LiveFeed::LiveFeed(std::unique_ptr<DataSource> source, Options options)
+    : source_(std::move(source)), options_(std::move(options)) {}
+
+LiveFeed::~LiveFeed() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void LiveFeed::Capture() {
+  for (bool first = true;; first = false) {
+    Taken taken = source_->Next();
+    const bool ended = !taken || !*taken;
+    if (!ended && options_.paced) {
+      const int64_t t_ns = (*taken)->t_ns;
+      if (first) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        stamps_behind_ns_ = SteadyNowNs() - t_ns;
+      }
+      if (!WaitUntilDue(t_ns)) return;
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (stop_) return;
+    if (ended) {
+      end_ = std::move(taken);
+    } else {
+      waiting_.Push(std::move(**taken));
+    }
+    changed_.notify_all();
+    if (ended) return;
+  }
+}
+
+// False when the feed ends meanwhile.
+bool LiveFeed::WaitUntilDue(int64_t t_ns) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const std::chrono::steady_clock::time_point due{
+      std::chrono::nanoseconds(t_ns + stamps_behind_ns_)};
+  changed_.wait_until(lock, due, [this] { return stop_; });
+  return !stop_;
+}
+
+Result<std::optional<Frame>> LiveFeed::Next() {
+  if (!thread_.joinable()) thread_ = std::thread([this] { Capture(); });
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    if (options_.stop()) return std::optional<Frame>();
+    if (auto frame = waiting_.Pop()) return frame;
+    if (end_) return *end_;
+    changed_.wait_for(lock, kPatience);
+  }
+}
+
+double LiveFeed::AgeMs(int64_t t_ns) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return 1e-6 * static_cast<double>(SteadyNowNs() - (t_ns + stamps_behind_ns_));
+}
+
+size_t LiveFeed::dropped() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return waiting_.dropped();
+}
+
+}  // namespace tagtwist

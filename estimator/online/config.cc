@@ -1,0 +1,201 @@
+#include "estimator/online/config.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "frontend/io/setup/camera_file.h"
+#include "frontend/io/setup/camera_section.h"
+#include "frontend/io/setup/tag_map_reader.h"
+#include "frontend/io/setup/yaml_reader.h"
+
+namespace tagtwist {
+namespace {
+
+// Seed Eq. 1.
+Pose CourseCamFromBody() {
+  const double c = std::sqrt(0.5);
+  Eigen::Matrix3d rotation;
+  rotation << c, -c, 0, -c, -c, 0, 0, 0, -1;
+  return MakePose(Eigen::Quaterniond(rotation), {-0.04, 0, -0.03});
+}
+
+// A file named in another one, relative to that one's folder.
+std::string BesideFile(const std::string& file, const std::string& name) {
+  return (std::filesystem::path(file).parent_path() / name).string();
+}
+
+// Sets the camera and, unless the configuration has one, the mount.
+Status TakeCamera(const std::string& path, const std::string& name, bool has_mount,
+                  Config* config) {
+  const Result<CameraFile> file = ReadCameraFile(path, name);
+  if (!file) return file.error();
+  config->camera = file->camera;
+  config->line_time_s = file->line_time_s;
+  if (!has_mount) config->cam_from_body = file->cam_from_body.value_or(Pose());
+  return Ok();
+}
+
+Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
+  YamlSection section(node);
+  std::string file, name;
+  section("file", file);
+  if (file.empty()) {
+    config->camera = Camera();
+    ReadCameraKeys(&section, &config->camera);
+    ReadLineTime(&section, &config->line_time_s);
+    return section.Finish();
+  }
+  section("name", name);
+  if (Status status = section.Finish(); !status) return status;
+  return TakeCamera(BesideFile(node.file, file), name, has_mount, config);
+}
+
+Result<TagMap> ReadMapSection(const YamlValue& node) {
+  YamlSection section(node);
+  TagMapFile file;
+  section("file", file.path);
+  if (file.path.empty()) {
+    Result<TagMap> map = ReadTagMap(node);
+    const auto problem = map ? CheckTagMap(*map) : std::nullopt;
+    return problem ? Result<TagMap>(node.Refuse("a possible map, got " + *problem)) : map;
+  }
+  section("tag_size_m", file.tag_size_m);
+  section("family", file.family);
+  if (Status status = section.Finish(); !status) return status.error();
+  file.path = BesideFile(node.file, file.path);
+  return ReadTagMapFile(file);
+}
+
+Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
+  YamlSection section(node);
+  const auto rotation = ReadRotation(&section);
+  const auto translation = ReadVector3(section.Require("translation_m"), &section);
+  if (!rotation) section.Keep(node.Refuse("rotation or quaternion_xyzw, got neither"));
+  if (rotation && translation) *cam_from_body = MakePose(*rotation, *translation);
+  return section.Finish();
+}
+
+Status ReadIds(const YamlValue& node, std::vector<int>* ids) {
+  if (node.kind != YamlValue::Kind::kList) return node.Refuse("a list of tag ids");
+  for (const YamlValue& item : node.items) {
+    int id = 0;
+    if (const Status status = ReadInteger(item, &id); !status) return status;
+    if (id < 0) return item.Refuse("a tag id, >= 0");
+    ids->push_back(id);
+  }
+  return Ok();
+}
+
+// Takes the movable tags out of the map.
+Status PassOverMovable(const std::string& file, Config* config) {
+  std::vector<int>& ids = config->movable_tags;
+  if (ids.empty()) return Ok();
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<Tag> left = config->map.tags();
+  left.erase(std::remove_if(left.begin(), left.end(),
+                            [&](const Tag& tag) {
+                              return std::binary_search(ids.begin(), ids.end(), tag.id);
+                            }),
+             left.end());
+  if (left.empty()) {
+    return Error{(file.empty() ? "" : file + ": ") +
+                 "movable_tags: expected a tag of the map that stays, got none"};
+  }
+  config->map = TagMap(config->map.family(), std::move(left));
+  return Ok();
+}
+
+template <typename Options>
+void ReadOptions(const char* name, YamlSection* sections, Options* options) {
+  const YamlValue* node = sections->Find(name);
+  if (node == nullptr) return;
+  YamlSection section(*node);
+  Options::VisitFields(*options, section);
+  section.KeepProblem(options->Problem());
+  sections->Keep(section.Finish());
+}
+
+}  // namespace
+
+Config DefaultConfig() {
+  Config config;
+  config.cam_from_body = CourseCamFromBody();
+  config.map = MakeTagMap(TagGrid());
+  return config;
+}
+
+Result<Config> LoadConfig(const std::string& path) {
+  return LoadConfig(ConfigFiles{path, "", "", {}, {}});
+}
+
+Result<Config> LoadConfig(const ConfigFiles& files) {
+  YamlValue nothing;
+  nothing.kind = YamlValue::Kind::kMapping;
+  const Result<YamlValue> root = files.config.empty() ? nothing : ReadYaml(files.config);
+  if (!root) return root.error();
+  Config config = DefaultConfig();
+  YamlSection sections(*root);
+  const YamlValue* camera = sections.Find("camera");
+  const YamlValue* mount = sections.Find("cam_from_body");
+  if (camera != nullptr && files.camera_file.empty()) {
+    sections.Keep(ReadCamera(*camera, mount != nullptr, &config));
+  }
+  if (!files.camera_file.empty()) {
+    sections.Keep(TakeCamera(files.camera_file, files.camera_name, mount != nullptr, &config));
+  }
+  if (mount != nullptr) sections.Keep(ReadExtrinsic(*mount, &config.cam_from_body));
+  const YamlValue* map_node = sections.Find("tag_map");
+  if (map_node != nullptr || !files.map.path.empty()) {
+    Result<TagMap> map =
+        files.map.path.empty() ? ReadMapSection(*map_node) : ReadTagMapFile(files.map);
+    if (map) {
+      config.map = std::move(*map);
+    } else {
+      sections.Keep(map.error());
+    }
+  }
+  ReadOptions("detector", &sections, &config.front_end.detector);
+  ReadOptions("klt", &sections, &config.front_end.klt);
+  ReadOptions("closed_form", &sections, &config.front_end.closed_form);
+  ReadOptions("estimator", &sections, &config.estimator);
+  ReadOptions("calibration", &sections, &config.calibration);
+  config.movable_tags = files.movable_tags;
+  if (const YamlValue* movable = sections.Find("movable_tags"); movable != nullptr) {
+    sections.Keep(ReadIds(*movable, &config.movable_tags));
+  }
+  if (Status status = sections.Finish(); !status) return status.error();
+  if (Status status = PassOverMovable(files.config, &config); !status) return status.error();
+  return config;
+}
+
+EstimatorSetup SetupOf(const Config& config) {
+  EstimatorOptions options = config.estimator;
+  if (config.line_time_s != 0) options.use_tracks = false;
+  return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
+}
+
+SetUp SetUpOf(const Config& config) {
+  SetUp out;
+  out.rig.front().camera = config.camera;
+  out.rig.front().line_time_s = config.line_time_s;
+  out.rig.front().cam_from_body = config.cam_from_body;
+  out.map = config.map;
+  return out;
+}
+
+Config WithSetUp(Config config, const SetUp& set_up) {
+  config.camera = set_up.rig.front().camera;
+  config.line_time_s = set_up.rig.front().line_time_s;
+  config.cam_from_body = set_up.rig.front().cam_from_body;
+  config.map = set_up.map;
+  return config;
+}
+
+CalibrationInput CalibrationInputOf(const Config& config) {
+  return {SetUpOf(config), config.estimator, config.calibration};
+}
+
+}  // namespace tagtwist

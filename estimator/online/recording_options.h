@@ -1,0 +1,16 @@
+#pragma once
+#include "estimator/online/config.h"
+#include "frontend/io/recordings/data_source.h"
+
+namespace tagtwist {
+
+/// How a recording is opened that is estimated with this configuration: ids that neither the map
+/// nor the list of movable tags has are errors in a detections.csv.
+inline DataSourceOptions RecordingOptions(const Config& config, bool use_detections,
+                                          bool read_images) {
+  DataSourceOptions options{use_detections, read_images, config.movable_tags};
+  for (const Tag& tag : config.map.tags()) options.known_tag_ids.push_back(tag.id);
+  return options;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,12 @@
+#pragma once
+#include <string>
+
+#include "estimator/calibration/calibration.h"
+
+namespace tagtwist {
+
+/// calibration.yaml: the refined set-up as a configuration that LoadConfig reads, with all options
+/// of the one it came from; what changed and the sigmas are in its comments.
+std::string FormatCalibrationConfig(const Calibration& calibration, const std::string& options);
+
+}  // namespace tagtwist

@@ -1,0 +1,194 @@
+#include "estimator/report/files/summary_json.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "estimator/evaluation/error_bound.h"
+#include "estimator/graph/noise_model.h"
+#include "frontend/base/quantile.h"
+
+namespace tagtwist {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json QuantileJson(const std::vector<double>& values, double fraction) {
+  return values.empty() ? Json(nullptr) : Json(Quantile(values, fraction));
+}
+
+Json RelativeJson(const RelativeError& e) {
+  return {{"translation_rmse_m", e.translation_m.rmse},
+          {"rotation_rmse_rad", e.rotation_rad.rmse},
+          {"pairs", e.translation_m.count}};
+}
+
+Json NeesJson(const Nees& nees) {
+  return {{"mean", nees.mean},
+          {"dof", nees.dof},
+          {"per_dof", nees.per_dof()},
+          {"band95", {nees.band_low, nees.band_high}}};
+}
+
+Json TimingJson(const StageTimes& times) {
+  return {{"detect", PercentilesJson(times.detect_ms)},
+          {"track", PercentilesJson(times.track_ms)},
+          {"seed", PercentilesJson(times.seed_ms)},
+          {"optimise", PercentilesJson(times.optimise_ms)},
+          {"frame", PercentilesJson(times.frame_ms)}};
+}
+
+const char* Name(WhiteNoiseOn on) {
+  return on == WhiteNoiseOn::kJerk ? "white_noise_on_jerk" : "white_noise_on_acceleration";
+}
+
+// Density of the white noise on acceleration that makes twists change as much from frame to frame
+// as the estimated ones do: sum |change|^2 / (3 sum dt). Of v_world and of omega_body.
+std::array<double, 2> AccelerationDensities(const std::vector<FrameEstimate>& frames) {
+  double linear = 0, angular = 0, time_s = 0;
+  for (size_t i = 1; i < frames.size(); ++i) {
+    const FrameEstimate &a = frames[i - 1], &b = frames[i];
+    if (a.status == FrameStatus::kNoFix || b.status == FrameStatus::kNoFix) continue;
+    linear += (b.state.twist.v_world - a.state.twist.v_world).squaredNorm();
+    angular += (b.state.twist.omega_body - a.state.twist.omega_body).squaredNorm();
+    time_s += ToSeconds(b.t_ns - a.t_ns);
+  }
+  if (!(time_s > 0)) return {0, 0};
+  return {linear / (3 * time_s), angular / (3 * time_s)};
+}
+
+Json NoiseJson(const NoiseModel& noise, const std::vector<FrameEstimate>& frames) {
+  const bool linear_jerk = noise.linear.on == WhiteNoiseOn::kJerk;
+  const bool angular_jerk = noise.angular.on == WhiteNoiseOn::kJerk;
+  const auto [accel, angular_accel] = AccelerationDensities(frames);
+  return {{"corner_sigma_px", noise.corner_sigma_px},
+          {"track_sigma_px", noise.track_sigma_px},
+          {"accel_psd", linear_jerk ? accel : noise.linear.psd},
+          {"angular_accel_psd", angular_jerk ? angular_accel : noise.angular.psd},
+          {"source", noise.source},
+          {"linear_prior", Name(noise.linear.on)},
+          {"angular_prior", Name(noise.angular.on)},
+          {"jerk_psd", linear_jerk ? Json(noise.linear.psd) : Json(nullptr)},
+          {"angular_jerk_psd", angular_jerk ? Json(noise.angular.psd) : Json(nullptr)}};
+}
+
+Json BoundJson(const ErrorBound& bound, bool with_twist) {
+  const auto figure = [&](double x) { return bound.frames > 0 ? Json(x) : Json(nullptr); };
+  Json out = {{"frames", bound.frames},
+              {"position_m", figure(bound.position_m)},
+              {"rotation_rad", figure(bound.rotation_rad)}};
+  if (!with_twist) return out;
+  out["velocity_mps"] = figure(bound.velocity_mps);
+  out["rate_radps"] = figure(bound.rate_radps);
+  return out;
+}
+
+Json BoundsJson(const Estimate& e, const std::vector<ComparisonRow>& rows) {
+  const EstimateBounds bounds = BoundsOf(e);
+  Json out = {{"frame", BoundJson(bounds.frame, false)},
+              {"smoothed", BoundJson(bounds.smoothed, true)}};
+  for (const ComparisonRow& row : rows) {
+    if (row.key != bounds.key || !row.accuracy || !row.accuracy->rmse_over_bound) continue;
+    const BoundRatio& ratio = *row.accuracy->rmse_over_bound;
+    Json& over = out["rmse_over_bound"];
+    over = {{"position", ratio.position}, {"rotation", ratio.rotation}};
+    if (ratio.velocity) over["velocity"] = *ratio.velocity;
+    if (ratio.rate) over["rate"] = *ratio.rate;
+  }
+  return out;
+}
+
+Json DeadlineJson(const Estimate& e) {
+  return {
+      {"deadline_ms", *e.deadline_ms},
+      {"frames_hurried",
+       std::count_if(e.frames.begin(), e.frames.end(),
+                     [](const FrameEstimate& f) { return f.status == FrameStatus::kHurried; })},
+      {"frames_late", std::count_if(e.times.frame_ms.begin(), e.times.frame_ms.end(),
+                                    [&](double frame_ms) { return frame_ms > *e.deadline_ms; })}};
+}
+
+}  // namespace
+
+std::string FormatJson(const Json& json) {
+  return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
+}
+
+Json PercentilesJson(const std::vector<double>& values) {
+  return {{"p50", QuantileJson(values, 0.5)},
+          {"p99", QuantileJson(values, 0.99)},
+          {"max", QuantileJson(values, 1.0)}};
+}
+
+Json AccuracyJson(const Accuracy& a) {
+  Json out;
+  out["position_rmse_m"] = a.position_m.rmse;
+  out["rotation_rmse_rad"] = a.rotation_rad.rmse;
+  if (a.velocity_mps) out["velocity_rmse_mps"] = a.velocity_mps->rmse;
+  if (a.rate_radps) out["rate_rmse_radps"] = a.rate_radps->rmse;
+  if (a.nees) out["nees_mean"] = a.nees->mean;
+  out["matched"] = a.matched;
+  out["position_median_m"] = a.position_m.median;
+  out["rotation_median_rad"] = a.rotation_rad.median;
+  if (a.rpe_frames) out["rpe_frames"] = RelativeJson(*a.rpe_frames);
+  if (a.rpe_time) out["rpe_time"] = RelativeJson(*a.rpe_time);
+  if (a.rpe_distance) out["rpe_distance"] = RelativeJson(*a.rpe_distance);
+  if (a.nees) out["nees"] = NeesJson(*a.nees);
+  if (a.nees_pose) out["nees_pose"] = NeesJson(*a.nees_pose);
+  if (a.nees_twist) out["nees_twist"] = NeesJson(*a.nees_twist);
+  return out;
+}
+
+Json AlignmentJson(const Alignment& a) {
+  const auto pose = [](const Pose& p) {
+    const double sign = p.params(3) < 0 ? -1 : 1;
+    Json out = Json::array();
+    for (const double x : p.translation()) out.push_back(x);
+    for (int i = 0; i < 4; ++i) out.push_back(sign * p.params(i));
+    return out;
+  };
+  Json out = {{"truth_from_world", pose(a.truth_from_world)},
+              {"body_from_marker", pose(a.body_from_marker)},
+              {"time_offset_s", a.time_offset_s}};
+  if (!a.sigmas.Any()) return out;
+  const auto sigmas = [](const Eigen::Matrix<double, 6, 1>& of_pose) {
+    Json list = Json::array();
+    for (const int i : {3, 4, 5, 0, 1, 2}) list.push_back(of_pose(i));
+    return list;
+  };
+  out["sigmas"] = {{"truth_from_world", sigmas(a.sigmas.truth_from_world)},
+                   {"body_from_marker", sigmas(a.sigmas.body_from_marker)},
+                   {"time_offset_s", a.sigmas.time_offset_s}};
+  return out;
+}
+
+Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
+                 const RunFacts& facts) {
+  Json out;
+  out["mode"] = estimate.mode;
+  out["frames"] = estimate.frames.size();
+  out["frames_estimated"] =
+      std::count_if(estimate.frames.begin(), estimate.frames.end(),
+                    [](const FrameEstimate& f) { return f.status != FrameStatus::kNoFix; });
+  out["reprojection_px"] = {{"median", QuantileJson(estimate.reprojection_px, 0.5)},
+                            {"p95", QuantileJson(estimate.reprojection_px, 0.95)}};
+  out["noise"] = NoiseJson(estimate.noise, estimate.frames);
+  out["timing_ms"] = TimingJson(estimate.times);
+  if (estimate.deadline_ms) out["deadline"] = DeadlineJson(estimate);
+  if (estimate.live) {
+    out["live"] = {{"frames_dropped", estimate.live->frames_dropped},
+                   {"latency_ms", PercentilesJson(estimate.live->latency_ms)}};
+  }
+  out["wall_s"] = facts.wall_s;
+  out["peak_rss_mib"] = facts.peak_rss_mib;
+  out["bound"] = BoundsJson(estimate, rows);
+  for (const ComparisonRow& row : rows) {
+    if (!row.key.empty() && row.accuracy) out["accuracy"][row.key] = AccuracyJson(*row.accuracy);
+  }
+  out["dataset"] = facts.dataset;
+  out["warnings"] = estimate.warnings;
+  out["version"] = TAGTWIST_VERSION;
+  return out;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,81 @@
+#include "estimator/report/findings/findings.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frontend/base/format_text.h"
+#include "frontend/base/quantile.h"
+
+namespace tagtwist {
+namespace {
+
+struct Stretch {
+  double from_s = 0, to_s = 0;
+  size_t frames = 0;
+};
+
+std::vector<Stretch> StretchesOf(const std::vector<double>& t_s, const std::vector<bool>& flags) {
+  std::vector<Stretch> out;
+  for (size_t i = 0; i < flags.size(); ++i) {
+    if (!flags[i]) continue;
+    if (i == 0 || !flags[i - 1]) out.push_back({t_s[i], t_s[i], 0});
+    out.back().to_s = t_s[i];
+    ++out.back().frames;
+  }
+  return out;
+}
+
+std::string KnownTo(const std::vector<FrameEstimate>& frames, int first, double unit,
+                    const char* format) {
+  std::vector<double> sigmas;
+  for (const FrameEstimate& f : frames) {
+    if (f.status == FrameStatus::kNoFix) continue;
+    sigmas.push_back(unit * std::sqrt(f.covariance.diagonal().segment<3>(first).sum()));
+  }
+  return Format(format, Quantile(sigmas, 0.5), Quantile(sigmas, 0.95));
+}
+
+}  // namespace
+
+std::string StretchesText(const std::vector<double>& t_s, const std::vector<bool>& flags) {
+  constexpr size_t kMost = 3;
+  std::vector<Stretch> stretches = StretchesOf(t_s, flags);
+  const size_t all = stretches.size();
+  std::stable_sort(stretches.begin(), stretches.end(),
+                   [](const Stretch& a, const Stretch& b) { return a.frames > b.frames; });
+  stretches.resize(std::min(all, kMost));
+  std::sort(stretches.begin(), stretches.end(),
+            [](const Stretch& a, const Stretch& b) { return a.from_s < b.from_s; });
+  std::string out;
+  for (const Stretch& s : stretches) {
+    if (!out.empty()) out += ", ";
+    out += s.frames == 1 ? Format("%.2f s", s.from_s) : Format("%.2f to %.2f s", s.from_s, s.to_s);
+  }
+  const size_t more = all - stretches.size();
+  if (more > 0) out += Format(" and %zu other time%s", more, more == 1 ? "" : "s");
+  return out;
+}
+
+std::string CertaintyText(const Estimate& e) {
+  const auto has_state = [](const FrameEstimate& f) { return f.status != FrameStatus::kNoFix; };
+  if (std::none_of(e.frames.begin(), e.frames.end(), has_state)) return "";
+  constexpr double kDegrees = 57.29577951308232;
+  return "By its own account (one standard deviation, 3-D; the median frame, and what 95 % stay "
+         "below) it knows position to " +
+         KnownTo(e.frames, 3, 1e3, "%.2g (%.2g) mm") + ", attitude to " +
+         KnownTo(e.frames, 0, kDegrees, "%.2g (%.2g) deg") + ", velocity to " +
+         KnownTo(e.frames, 6, 1, "%.2g (%.2g) m/s") + " and rates to " +
+         KnownTo(e.frames, 9, 1, "%.2g (%.2g) rad/s") + ".";
+}
+
+std::vector<Finding> Findings(const Estimate& estimate, const TagMap& map,
+                              const std::vector<TruthSample>& truth) {
+  std::vector<Finding> out = FrameFindings(estimate, map);
+  for (const std::vector<Finding>& part :
+       {ReprojectionFindings(estimate), TruthFindings(estimate, truth)}) {
+    out.insert(out.end(), part.begin(), part.end());
+  }
+  return out;
+}
+
+}  // namespace tagtwist

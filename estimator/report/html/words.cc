@@ -1,0 +1,153 @@
+#include "estimator/report/html/words.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "estimator/graph/noise_model.h"
+#include "estimator/report/findings/findings.h"
+#include "estimator/report/html/page.h"
+#include "frontend/base/format_text.h"
+#include "frontend/base/quantile.h"
+
+namespace tagtwist {
+namespace {
+
+const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::string& key) {
+  for (const ComparisonRow& row : rows) {
+    if (row.key == key) return &row;
+  }
+  return nullptr;
+}
+
+std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
+  const auto count = [&](FrameStatus status) {
+    return static_cast<size_t>(
+        std::count_if(e.frames.begin(), e.frames.end(),
+                      [status](const FrameEstimate& f) { return f.status == status; }));
+  };
+  const size_t predicted = count(FrameStatus::kPredicted), none = count(FrameStatus::kNoFix);
+  std::string out = Format("Pose and twist of the body for %zu of %zu frames",
+                           e.frames.size() - none, e.frames.size());
+  if (!e.frames.empty()) {
+    out += Format(", %.2f s", ToSeconds(e.frames.back().t_ns - e.frames.front().t_ns));
+  }
+  out += e.mode == "batch" ? ", estimated from all images together (batch)."
+                           : ", estimated as the images came in (sliding window).";
+  if (predicted > 0) {
+    out += Format(
+        " In %zu frames no tag was usable; their states come from tracks, neighbours and "
+        "the motion prior.",
+        predicted);
+  }
+  if (none > 0) out += Format(" %zu frames before the first tag have no state.", none);
+  if (e.live) out += " It was live.";
+  out += Format(" The map has %zu tags, of which %zu were used. It took %.1f s and %.0f MiB.",
+                input.map.tags().size(), e.reprojection.tags.size(), input.facts.wall_s,
+                input.facts.peak_rss_mib);
+  return out;
+}
+
+std::string NoiseText(const Estimate& e) {
+  const NoiseModel& n = e.noise;
+  const bool jerk = n.linear.on == WhiteNoiseOn::kJerk;
+  const bool angular_jerk = n.angular.on == WhiteNoiseOn::kJerk;
+  std::string out = Format(
+      "Noise (%s): corners %.3g px, tracks %.3g px, %s %.3g %s, angular %s %.3g %s.",
+      n.source.c_str(), n.corner_sigma_px, n.track_sigma_px, jerk ? "jerk" : "acceleration",
+      n.linear.psd, jerk ? "(m/s^3)^2/Hz" : "(m/s^2)^2/Hz", angular_jerk ? "jerk" : "acceleration",
+      n.angular.psd, angular_jerk ? "(rad/s^3)^2/Hz" : "(rad/s^2)^2/Hz");
+  if (!e.reprojection_px.empty()) {
+    out += Format(
+        " Corners lie %.3f px (median; 95 %% below %.3f px) from where the estimate puts "
+        "them.",
+        Quantile(e.reprojection_px, 0.5), Quantile(e.reprojection_px, 0.95));
+  }
+  return out;
+}
+
+std::string AccuracyText(const std::vector<ComparisonRow>& rows) {
+  const ComparisonRow* optimised = FindRow(rows, "optimised");
+  const ComparisonRow* closed = FindRow(rows, "closed_form");
+  if (optimised == nullptr || !optimised->accuracy) {
+    return "There is no ground truth to judge by; the table tells how restless the twists are.";
+  }
+  const Accuracy& a = *optimised->accuracy;
+  std::string out = Format("Against ground truth (%zu frames): position %.3g mm RMS (3-D)",
+                           a.matched, 1e3 * a.position_m.rmse);
+  const bool both = closed != nullptr && closed->accuracy;
+  if (both) out += Format(", closed form %.3g mm", 1e3 * closed->accuracy->position_m.rmse);
+  if (a.velocity_mps) {
+    out += Format("; velocity %.3g m/s", a.velocity_mps->rmse);
+    if (both && closed->accuracy->velocity_mps) {
+      out += Format(", closed form %.3g m/s", closed->accuracy->velocity_mps->rmse);
+    }
+  }
+  out += ".";
+  const auto& nees = a.nees ? a.nees : a.nees_pose;
+  if (nees) {
+    out += Format(
+        " NEES is %.2f for %d degrees of freedom (%.2f each; 1 means that the covariance "
+        "is right; below, that it is cautious; above, that it promises too much).",
+        nees->mean, nees->dof, nees->per_dof());
+  }
+  return out;
+}
+
+// A warning as a sentence.
+std::string Sentence(std::string text) {
+  if (text.empty()) return text;
+  // A file's name stays as it is.
+  const std::string first = text.substr(0, text.find(' '));
+  const bool is_word =
+      std::all_of(first.begin(), first.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+  if (is_word) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text.back() == '.' ? text : text + ".";
+}
+
+std::string ItemHtml(const Finding& finding) {
+  std::string out = "<li><p>" + EscapeHtml(finding.fact) + "</p>";
+  if (!finding.advice.empty()) out += "<p class=\"note\">" + EscapeHtml(finding.advice) + "</p>";
+  return out + "</li>\n";
+}
+
+std::string FindingsHtml(const Estimate& e, const ReportInput& input) {
+  std::vector<Finding> findings;
+  for (const std::string& warning : e.warnings) findings.push_back({Sentence(warning), ""});
+  for (Finding& finding : Findings(e, input.map, input.truth)) {
+    findings.push_back(std::move(finding));
+  }
+  std::string out = "<h2>What to look at</h2>\n";
+  if (e.frames.empty()) return out + ParagraphHtml("There is no frame.");
+  if (findings.empty()) {
+    return out + ParagraphHtml(
+                     "Nothing was found that speaks against this estimate. Looked for: frames with "
+                     "few tags, missing frames, restless stamps, tags off the map, errors that go "
+                     "with the place in the image or with the tag" +
+                     std::string(input.truth.empty()
+                                     ? "."
+                                     : ", constant offsets and clocks apart against truth, "
+                                       "covariances that do not cover the errors."));
+  }
+  out += "<ul class=\"findings\">\n";
+  for (const Finding& finding : findings) out += ItemHtml(finding);
+  return out + "</ul>\n";
+}
+
+}  // namespace
+
+std::string ReportWordsHtml(const Estimate& e, const ReportInput& input) {
+  std::string out = ParagraphHtml(WhatWasDone(e, input));
+  if (const std::string certainty = CertaintyText(e); !certainty.empty()) {
+    out += ParagraphHtml(certainty);
+  }
+  out += ParagraphHtml(AccuracyText(input.rows)) + ParagraphHtml(NoiseText(e));
+  if (!input.rows.empty()) out += TableHtml(ComparisonCells(input.rows, 1));
+  out += ParagraphHtml(ComparisonNotes(input.rows), "note") + FindingsHtml(e, input);
+  return out + ParagraphHtml(
+                   "Plots: drag to zoom, all of them follow; double-click for everything; "
+                   "shift-drag to move; two fingers on a touch screen. The buttons hide "
+                   "and show a series everywhere.",
+                   "note");
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,167 @@
+#include "estimator/report/result_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "estimator/report/files/calibration_config.h"
+#include "estimator/report/files/calibration_json.h"
+#include "estimator/report/files/mapping_text.h"
+#include "estimator/report/files/states_csv.h"
+#include "estimator/report/html/report.h"
+#include "frontend/io/trajectories/trajectory_file.h"
+
+namespace tagtwist {
+namespace {
+
+const std::vector<std::string> kAllNames = {
+    "closed_form.tum",  "optimised.tum",           "states.csv",       "states_lagged.csv",
+    "ground_truth.tum", "ground_truth_states.csv", "summary.json",     "report.html",
+    "covariance.csv",   "covariance_lagged.csv",   "calibration.yaml", "map.yaml"};
+
+Pose WithPositiveW(const Pose& pose) {
+  Pose out = pose;
+  if (out.params(3) < 0) out.params.head<4>() *= -1;
+  return out;
+}
+
+std::string FormatSeriesTum(const PoseSeries& series) {
+  std::vector<TruthSample> samples;
+  samples.reserve(series.size());
+  for (const PoseSample& s : series)
+    samples.push_back({s.t_ns, WithPositiveW(s.world_from_body), {}});
+  return FormatTum(samples);
+}
+
+PoseSeries ToSeries(const std::vector<TruthSample>& truth) {
+  PoseSeries out;
+  for (const TruthSample& s : truth) out.push_back({s.t_ns, s.world_from_body, {}, {}});
+  return out;
+}
+
+nlohmann::ordered_json MappingJson(const Mapping& mapping) {
+  nlohmann::ordered_json out;
+  out["corner_sigma_px"] = mapping.corner_sigma_px;
+  out["added"] = nlohmann::ordered_json::array();
+  for (size_t i = 0; i < mapping.map.tags().size(); ++i) {
+    if (mapping.covariances[i].isZero(0)) continue;
+    const Eigen::Vector3d variances = mapping.covariances[i].diagonal().tail<3>();
+    out["added"].push_back(
+        {{"id", mapping.map.tags()[i].id}, {"position_sigma_m", std::sqrt(variances.sum())}});
+  }
+  out["not_placed"] = mapping.left_out;
+  return out;
+}
+
+nlohmann::ordered_json GyroJson(const GyroAlignment& gyro) {
+  const auto vector = [](const Eigen::Vector3d& v) { return std::vector{v.x(), v.y(), v.z()}; };
+  const Eigen::Matrix<double, 7, 1> sigmas = gyro.covariance.diagonal().cwiseSqrt();
+  const Eigen::Quaterniond& q = gyro.cam_from_imu;
+  return {{"cam_from_imu_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+          {"rotation_sigma_rad", vector(sigmas.head<3>())},
+          {"bias_radps", vector(gyro.bias_radps)},
+          {"bias_sigma_radps", vector(sigmas.segment<3>(3))},
+          {"time_offset_s", gyro.time_offset_s},
+          {"time_offset_sigma_s", sigmas(6)},
+          {"turn_sigma_rad", gyro.turn_sigma_rad},
+          {"turns", gyro.turns}};
+}
+
+std::string SummaryText(const Estimate& estimate, const ResultContext& context) {
+  nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
+  if (!context.movable_tags.empty()) json["movable_tags"] = context.movable_tags;
+  if (context.mapping) json["mapping"] = MappingJson(*context.mapping);
+  if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);
+  if (context.gyro) json["gyro"] = GyroJson(*context.gyro);
+  return FormatJson(json);
+}
+
+// Name and text of each file; texts are made one at a time.
+using Writer = std::pair<std::string, std::string (*)(const Estimate&, const ResultContext&)>;
+
+std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& context) {
+  std::vector<Writer> out = {
+      {"closed_form.tum",
+       [](const Estimate& e, const ResultContext&) {
+         return FormatSeriesTum(ClosedFormSeries(e.frames, ClosedFormVariant::kLowPass));
+       }},
+      {"optimised.tum",
+       [](const Estimate& e, const ResultContext&) {
+         return FormatSeriesTum(EstimatedSeries(e.frames));
+       }},
+      {"states.csv",
+       [](const Estimate& e, const ResultContext&) { return FormatStatesCsv(e.frames); }},
+      {"summary.json", [](const Estimate& e, const ResultContext& c) { return SummaryText(e, c); }},
+      {"report.html", [](const Estimate& e, const ResultContext& c) {
+         return FormatReport(e, {c.facts, c.map, c.truth, c.rows, c.calibration});
+       }}};
+  if (!estimate.lagged.empty()) {
+    out.push_back({"states_lagged.csv", [](const Estimate& e, const ResultContext&) {
+                     return FormatStatesCsv(e.lagged);
+                   }});
+  }
+  if (context.write_covariance) {
+    out.push_back({"covariance.csv", [](const Estimate& e, const ResultContext&) {
+                     return FormatCovarianceCsv(e.frames);
+                   }});
+  }
+  if (context.write_covariance && !estimate.lagged.empty()) {
+    out.push_back({"covariance_lagged.csv", [](const Estimate& e, const ResultContext&) {
+                     return FormatCovarianceCsv(e.lagged);
+                   }});
+  }
+  if (context.calibration) {
+    out.push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
+                     return FormatCalibrationConfig(*c.calibration, c.options_text);
+                   }});
+  }
+  if (context.mapping) {
+    out.push_back({"map.yaml", [](const Estimate&, const ResultContext& c) {
+                     return MappingText(*c.mapping);
+                   }});
+  }
+  if (!context.truth.empty()) {
+    out.push_back({"ground_truth.tum", [](const Estimate&, const ResultContext& c) {
+                     return FormatSeriesTum(ToSeries(c.truth));
+                   }});
+  }
+  if (!context.truth.empty() && std::all_of(context.truth.begin(), context.truth.end(),
+                                            [](const TruthSample& s) { return s.twist; })) {
+    out.push_back({"ground_truth_states.csv", [](const Estimate&, const ResultContext& c) {
+                     return FormatGroundTruthCsv(c.truth);
+                   }});
+  }
+  return out;
+}
+
+}  // namespace
+
+OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
+  OutputSet out{folder, {}, kAllNames, {"states.csv", "summary.json", "report.html"}};
+  for (const std::string& name : kAllNames) {
+    const bool lagged = name.find("_lagged") != std::string::npos;
+    const bool covariance = name.rfind("covariance", 0) == 0;
+    if ((lagged && !kinds.window) || (covariance && !kinds.covariance)) continue;
+    if (name == "calibration.yaml" && !kinds.calibration) continue;
+    if (name == "map.yaml" && !kinds.mapping) continue;
+    out.written.push_back(name);
+  }
+  return out;
+}
+
+Status WriteResults(const std::string& folder, const Estimate& estimate,
+                    const ResultContext& context) {
+  auto set = FileSet::Begin(folder);
+  if (!set) return set.error();
+  for (const auto& [name, text] : Writers(estimate, context)) {
+    if (auto added = (*set)->Add(name, text(estimate, context)); !added) return added;
+  }
+  std::vector<std::string> obsolete = kAllNames;
+  for (const std::string& name : context.kept) {
+    obsolete.erase(std::remove(obsolete.begin(), obsolete.end(), name), obsolete.end());
+  }
+  return (*set)->Commit(obsolete);
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,19 @@
+#include "estimator/result/estimate.h"
+
+namespace tagtwist {
+
+const char* ToString(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kOk:
+      return "ok";
+    case FrameStatus::kHurried:
+      return "hurried";
+    case FrameStatus::kPredicted:
+      return "predicted";
+    case FrameStatus::kNoFix:
+      return "no_fix";
+  }
+  return "";
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/graph/noise_model.h"
+#include "estimator/result/reprojection_tally.h"
+#include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
+
+namespace tagtwist {
+
+/// How a frame came by its state.
+enum class FrameStatus {
+  kOk,         // tags of its own
+  kHurried,    // likewise, but a deadline came before all was measured or refined (window mode)
+  kPredicted,  // no tag: tracks, neighbours and the motion prior
+  kNoFix,      // window mode, before the first tag or while two attitudes are open: no state
+};
+const char* ToString(FrameStatus status);  // "ok", "hurried", "predicted", "no_fix"
+
+/// One frame of the result. With kNoFix the state and covariance mean nothing.
+struct FrameEstimate {
+  int64_t t_ns = 0;
+  FrameStatus status = FrameStatus::kNoFix;
+  BodyState state;
+  StateCovariance covariance = StateCovariance::Zero();  // error state of BodyState
+  std::optional<PoseCovariance>
+      pose_bound;  // of its own tags alone (error_bound.h), where they fix it
+  ClosedForm closed_form;
+  int n_tags = 0, n_tracks = 0;
+};
+
+/// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode
+/// optimise_ms has one entry: the whole solve.
+struct StageTimes {
+  std::vector<double> detect_ms, track_ms, seed_ms, optimise_ms, frame_ms;
+};
+
+/// A run whose frames came when they came.
+struct LiveRun {
+  size_t frames_dropped = 0;       // came while others waited
+  std::vector<double> latency_ms;  // from stamp to state, one a frame
+};
+
+/// The result of a run.
+struct Estimate {
+  std::string mode;                   // "batch" or "sliding_window"
+  std::vector<FrameEstimate> frames;  // one a frame; in window mode known at the frame's arrival
+  std::vector<FrameEstimate> lagged;  // window mode: the same frames at the window's lag
+  NoiseModel noise;
+  std::vector<double> reprojection_px;     // every corner's distance from its prediction [px]
+  ReprojectionErrorsByPlace reprojection;  // window mode: at the window's lag
+  StageTimes times;
+  std::optional<LiveRun> live;
+  std::optional<double> deadline_ms;  // of a frame, where there was one
+  std::vector<std::string> warnings;  // one line each, for the person who runs it
+};
+
+}  // namespace tagtwist

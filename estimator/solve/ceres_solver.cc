@@ -1,0 +1,95 @@
+#include "estimator/solve/ceres_solver.h"
+
+#include <ceres/ceres.h>
+
+#include <memory>
+
+#include "residuals/pose_manifold.h"
+
+namespace tagtwist {
+namespace {
+
+// Up to this many states a dense factorisation beats a sparse one.
+constexpr size_t kDenseStates = 8;
+
+ceres::Solver::Options MakeCeresOptions(const SolveOptions& options, Graph* graph) {
+  ceres::Solver::Options out;
+  out.max_num_iterations = options.max_iterations;
+  out.function_tolerance = options.function_tolerance;
+  out.gradient_tolerance = 1e-12;
+  out.parameter_tolerance = 1e-12;
+  out.num_threads = 1;
+  out.logging_type = ceres::SILENT;
+  // Seeds are near: begin as Gauss-Newton. Any damping that shows beside the stiff motion prior
+  // would hold back frames without tags, which only the prior ties.
+  out.initial_trust_region_radius = 1e16;
+  out.max_trust_region_radius = 1e16;
+  const bool dense = graph->states.size() <= kDenseStates;
+  if (graph->points.empty()) {
+    out.linear_solver_type = dense ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
+    return out;
+  }
+  out.linear_solver_type = dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (auto& point : graph->points) ordering->AddElementToGroup(point.data(), 0);
+  for (auto& state : graph->states) {
+    ordering->AddElementToGroup(state.pose.params.data(), 1);
+    ordering->AddElementToGroup(state.rates.data(), 1);
+  }
+  out.linear_solver_ordering = std::move(ordering);
+  return out;
+}
+
+// Ends a solve where its time is up.
+class StopInTime : public ceres::IterationCallback {
+ public:
+  explicit StopInTime(const TimeUp& time_up) : time_up_(time_up) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    return summary.iteration > 0 && IsUp(time_up_) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                   : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const TimeUp& time_up_;
+};
+
+}  // namespace
+
+SolveSummary Solve(const SolveOptions& options, Graph* graph) {
+  ceres::Problem::Options problem_options;
+  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.disable_all_safety_checks = true;
+  PoseManifold manifold;
+  ceres::Problem problem(problem_options);
+  for (auto& state : graph->states) {
+    problem.AddParameterBlock(state.pose.params.data(), 7, &manifold);
+    problem.AddParameterBlock(state.rates.data(), 12);
+  }
+  for (auto& point : graph->points) problem.AddParameterBlock(point.data(), 2);
+  std::vector<double*> parameters;
+  for (const Factor& factor : graph->factors) {
+    parameters.clear();
+    for (const BlockRef& block : factor.blocks) parameters.push_back(graph->Parameters(block));
+    ceres::LossFunction* loss =
+        factor.huber_delta > 0 ? new ceres::HuberLoss(factor.huber_delta) : nullptr;
+    problem.AddResidualBlock(factor.cost.get(), loss, parameters);
+  }
+  ceres::Solver::Options ceres_options = MakeCeresOptions(options, graph);
+  StopInTime stop_in_time(options.time_up);
+  if (options.time_up) ceres_options.callbacks.push_back(&stop_in_time);
+  ceres::Solver::Summary summary;
+  ceres::Solve(ceres_options, &problem, &summary);
+  // A tag seen face-on bends the cost so much that full steps may all overshoot: more damping.
+  for (const double radius : {1e8, 1e5, 1e2}) {
+    const bool stuck = summary.termination_type == ceres::NO_CONVERGENCE &&
+                       !(summary.final_cost < summary.initial_cost);
+    if (!stuck) break;
+    ceres_options.initial_trust_region_radius = radius;
+    ceres::Solve(ceres_options, &problem, &summary);
+  }
+  return {summary.IsSolutionUsable(), static_cast<int>(summary.iterations.size()),
+          summary.final_cost, summary.message};
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,117 @@
+#include "estimator/solve/contradictions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "estimator/graph/linear_system.h"
+#include "estimator/graph/noise_model.h"
+
+namespace tagtwist {
+namespace {
+
+bool Holds(const std::vector<TagDetection>& tags, int id) {
+  return std::any_of(tags.begin(), tags.end(),
+                     [id](const TagDetection& tag) { return tag.id == id; });
+}
+
+std::set<int> IdsOf(const std::vector<TagDetection>& tags) {
+  std::set<int> out;
+  for (const TagDetection& tag : tags) out.insert(tag.id);
+  return out;
+}
+
+// Ids of tags that most of the frames that show them do without.
+std::set<int> UnreliableTags(const std::vector<const std::vector<TagDetection>*>& seen,
+                             const std::vector<GraphFrame>& frames) {
+  constexpr int kLeastFrames = 5;
+  std::map<int, std::pair<int, int>> seen_and_used;  // frames, by id
+  for (size_t i = 0; i < frames.size(); ++i) {
+    for (const TagDetection& tag : *seen[i]) ++seen_and_used[tag.id].first;
+    for (const TagDetection& tag : frames[i].tags) ++seen_and_used[tag.id].second;
+  }
+  std::set<int> out;
+  for (const auto& [id, counts] : seen_and_used) {
+    if (counts.first >= kLeastFrames && 2 * counts.second < counts.first) out.insert(id);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<TagRef> ContradictedTags(const Graph& graph) {
+  std::vector<TagRef> out;
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTag || !LinearizeFactor(graph, factor, &linear)) continue;
+    if (linear.weight < kContradictedWeight)
+      out.push_back({factor.blocks.front().index, factor.source});
+  }
+  return out;
+}
+
+void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames) {
+  std::sort(tags.begin(), tags.end(), [](const TagRef& a, const TagRef& b) {
+    return a.state != b.state ? a.state > b.state : a.tag > b.tag;  // from the back of each frame
+  });
+  for (const TagRef& ref : tags) {
+    auto& of_frame = (*frames)[static_cast<size_t>(ref.state)].tags;
+    of_frame.erase(of_frame.begin() + ref.tag);
+  }
+}
+
+std::vector<bool> ContradictedSegments(const Graph& graph, size_t n) {
+  std::vector<bool> out(n, false);
+  LinearFactor linear;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTrack || !LinearizeFactor(graph, factor, &linear)) continue;
+    if (linear.weight < kContradictedWeight) out[static_cast<size_t>(factor.source)] = true;
+  }
+  return out;
+}
+
+bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const BodyState& state,
+                const TagDetection& tag) {
+  constexpr double kSigmas = 5;
+  double variance = noise.corner_sigma_px * noise.corner_sigma_px;
+  if (tag.covariance) variance += tag.covariance->diagonal().maxCoeff();
+  const double limit_px = kSigmas * std::sqrt(variance);
+  const Pose cam_from_world = setup.cam_from_body * Inverse(state.world_from_body);
+  for (size_t c = 0; c < 4; ++c) {
+    Eigen::Vector2d pixel;
+    const Eigen::Vector3d corner = cam_from_world * setup.map.CornersInWorld(tag.id)[c];
+    if (!setup.camera.Project(corner, &pixel)) return false;
+    if (!((pixel - tag.corners[c]).norm() < limit_px)) return false;
+  }
+  return true;
+}
+
+bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Graph& graph,
+                const std::vector<const std::vector<TagDetection>*>& seen, bool readmit,
+                std::vector<GraphFrame>* frames) {
+  std::vector<std::set<int>> before;
+  for (const GraphFrame& frame : *frames) before.push_back(IdsOf(frame.tags));
+  const std::vector<TagRef> contradicted = ContradictedTags(graph);
+  DropTags(contradicted, frames);
+  bool changed = !contradicted.empty();
+  const std::set<int> unreliable = UnreliableTags(seen, *frames);
+  for (size_t i = 0; i < frames->size(); ++i) {
+    GraphFrame& frame = (*frames)[i];
+    std::vector<TagDetection> kept;
+    for (const TagDetection& tag : *seen[i]) {
+      const bool again =
+          readmit && before[i].count(tag.id) == 0 && AgreesWith(setup, noise, frame.state, tag);
+      if (unreliable.count(tag.id) == 0 && (again || Holds(frame.tags, tag.id))) {
+        kept.push_back(tag);
+        changed = changed || again;
+      }
+    }
+    changed = changed || kept.size() != frame.tags.size();
+    frame.tags = std::move(kept);
+  }
+  return changed;
+}
+
+}  // namespace tagtwist

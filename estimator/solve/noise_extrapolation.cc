@@ -1,0 +1,41 @@
+#include "estimator/solve/noise_extrapolation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/graph/noise_model.h"
+
+namespace tagtwist {
+
+NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& updated) {
+  const auto logs = [](const NoiseModel& m) {
+    return std::array<double, 4>{std::log(m.corner_sigma_px), std::log(m.track_sigma_px),
+                                 std::log(m.linear.psd), std::log(m.angular.psd)};
+  };
+  const std::array<double, 4> from = logs(before), to = logs(updated);
+  std::array<double, 4> step{}, extra{};
+  for (size_t i = 0; i < 4; ++i) step[i] = to[i] - from[i];
+  if (!last_step_) {
+    last_step_ = step;
+    return updated;
+  }
+  for (size_t i = 0; i < 4; ++i) {
+    const double shrink = (*last_step_)[i] == 0 ? 0 : step[i] / (*last_step_)[i];
+    // Only a steady geometric approach is carried on, and not beyond what can be believed. A
+    // density that the data want to be zero falls by ever the same factor.
+    constexpr double kSteady = 0.98;
+    if (shrink > 0.1 && shrink < 1.1) {
+      const double s = std::min(shrink, kSteady);
+      extra[i] = std::clamp(step[i] * s / (1 - s), -2.0, 2.0);
+    }
+  }
+  last_step_.reset();
+  NoiseModel out = updated;
+  out.corner_sigma_px *= std::exp(extra[0]);
+  out.track_sigma_px *= std::exp(extra[1]);
+  out.linear.psd *= std::exp(extra[2]);
+  out.angular.psd *= std::exp(extra[3]);
+  return out;
+}
+
+}  // namespace tagtwist

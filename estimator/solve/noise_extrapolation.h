@@ -1,0 +1,22 @@
+#pragma once
+#include <array>
+#include <optional>
+
+#include "estimator/graph/noise_model.h"
+#include "estimator/result/estimate.h"
+
+namespace tagtwist {
+
+/// Aitken's delta-squared over the fixed-point rounds: every second round jumps to where the last
+/// steps, shrinking geometrically, would end. The plain iteration needs many rounds where data say
+/// little of a density.
+class NoiseExtrapolation {
+ public:
+  /// The model to go on with after a round took `before` to `updated`.
+  NoiseModel Next(const NoiseModel& before, const NoiseModel& updated);
+
+ private:
+  std::optional<std::array<double, 4>> last_step_;  // of the logarithms, in the round before
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,114 @@
+#include "estimator/solve/noise_rounds.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "estimator/graph/noise_model.h"
+#include "estimator/solve/contradictions.h"
+#include "estimator/solve/frame_chain.h"
+#include "estimator/solve/noise_extrapolation.h"
+
+namespace tagtwist {
+namespace {
+
+void DropSegments(const std::vector<bool>& drop, GraphInput* input) {
+  std::vector<TrackSegment> kept;
+  for (size_t s = 0; s < drop.size(); ++s) {
+    if (!drop[s]) kept.push_back(std::move(input->segments[s]));
+  }
+  input->segments = std::move(kept);
+}
+
+// A round: solves under this noise, as finely as a last round must be or coarsely; leaves its
+// statistics, and whether it took anything out of the problem.
+struct Round {
+  Result<Solution> solution;
+  NoiseStatistics statistics;
+  bool has_dropped = false;
+};
+
+// SolveAndLearn, by what makes a round.
+template <typename MakeRound>
+Result<Solution> Learn(const EstimatorOptions& options, bool is_open, const LearnOptions& learn,
+                       const TimeUp& time_up, NoiseModel* noise, const MakeRound& make_round) {
+  constexpr int kMaxRounds = 20;
+  constexpr double kNear = 0.05;  // with less to go a round's solution may be the last
+  NoiseExtrapolation extrapolation;
+  double change = is_open ? 1 : 0;
+  for (int i = 0; i < kMaxRounds && change >= learn.settled; ++i) {
+    const bool may_be_last = change < kNear;
+    Round round = make_round(*noise, may_be_last);
+    if (!round.solution) return round.solution;
+    const NoiseModel updated = UpdateNoise(*noise, round.statistics, options, learn.least_dof);
+    change = NoiseChange(updated, *noise);
+    if (may_be_last && change < learn.settled && !round.has_dropped) {
+      noise->source = updated.source;
+      return round.solution;
+    }
+    *noise = extrapolation.Next(*noise, updated);
+    if (IsUp(time_up)) return round.solution;
+  }
+  return make_round(*noise, true).solution;
+}
+
+SolveOptions Coarse(const SolveOptions& options) {
+  SolveOptions out = options;
+  out.function_tolerance = std::max(options.function_tolerance, 1e-4);
+  return out;
+}
+
+Result<Solution> LearnInGraph(const EstimatorSetup& setup, const SolveOptions& options,
+                              GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
+  const StateRange all{0, static_cast<int>(input->frames.size())};
+  const auto round = [&](const NoiseModel& with, bool fine) -> Round {
+    Round out{SolveAndInvert(setup, with, *input, fine ? options : Coarse(options)), {}, false};
+    if (!out.solution) return out;
+    const Graph& graph = out.solution->graph;
+    TakeStates(graph, &input->frames);
+    out.statistics = ComputeNoiseStatistics(graph, out.solution->covariance, with, all);
+    const std::vector<bool> wrong = ContradictedSegments(graph, input->segments.size());
+    out.has_dropped = std::find(wrong.begin(), wrong.end(), true) != wrong.end();
+    DropSegments(wrong, input);
+    return out;
+  };
+  // Segments may have to go even where all noise is given.
+  const bool is_open = AnyNoiseIsOpen(setup.options) || !input->segments.empty();
+  return Learn(setup.options, is_open, learn, options.time_up, noise, round);
+}
+
+// The same without factors; an error where it takes damped steps.
+Result<Solution> LearnInChain(const EstimatorSetup& setup, const SolveOptions& options,
+                              GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
+  constexpr double kNeglected = 1e-2;
+  FrameChain chain(setup, *input);
+  const auto round = [&](const NoiseModel& with, bool fine) -> Round {
+    auto solution =
+        fine ? chain.Solve(with, options, 0) : chain.Solve(with, Coarse(options), kNeglected);
+    if (!solution) return {Error{"no solution by full steps"}, {}, false};
+    NoiseStatistics statistics = chain.Statistics(solution->covariance);
+    return {std::move(*solution), statistics, false};
+  };
+  auto solution =
+      Learn(setup.options, AnyNoiseIsOpen(setup.options), learn, options.time_up, noise, round);
+  if (!solution) return solution;
+  TakeStates(solution->graph, &input->frames);
+  solution->graph = BuildGraph(setup, *noise, *input);
+  return solution;
+}
+
+}  // namespace
+
+Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
+                               GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
+  if (FrameChain::Fits(setup, *input)) {
+    NoiseModel learned = *noise;
+    auto solution = LearnInChain(setup, options, input, &learned, learn);
+    if (solution) {
+      *noise = learned;
+      return solution;
+    }
+  }
+  return LearnInGraph(setup, options, input, noise, learn);
+}
+
+}  // namespace tagtwist

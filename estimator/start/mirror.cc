@@ -1,0 +1,40 @@
+#include "estimator/start/mirror.h"
+
+#include "estimator/graph/noise_model.h"
+#include "frontend/geometry/frame_pose.h"
+#include "frontend/types/so3.h"
+#include "residuals/tag_reprojection_residual.h"
+
+namespace tagtwist {
+namespace {
+
+std::optional<double> CostAt(const EstimatorSetup& setup, const NoiseModel& noise,
+                             const GraphFrame& frame, const Pose& world_from_body) {
+  double sum = 0;
+  for (const TagDetection& tag : frame.tags) {
+    const TagReprojectionResidual residual({setup.map.CornersInWorld(tag.id), tag.corners,
+                                            CornerCovariance(setup, tag, noise.corner_sigma_px)},
+                                           setup.camera, setup.cam_from_body);
+    const double* const parameters[] = {world_from_body.params.data()};
+    Eigen::Matrix<double, 8, 1> r;
+    if (!residual.Evaluate(parameters, r.data(), nullptr)) return std::nullopt;
+    sum += 0.5 * r.squaredNorm();
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& noise,
+                               const GraphFrame& frame) {
+  const Pose& pose = frame.state.world_from_body;
+  const auto mirrored = MirroredPose(frame.tags, setup.map, setup.cam_from_body, pose);
+  if (!mirrored) return std::nullopt;
+  const auto cost = CostAt(setup, noise, frame, pose);
+  const auto of_mirrored = CostAt(setup, noise, frame, *mirrored);
+  if (!cost || !of_mirrored) return std::nullopt;
+  return Mirror{LogSo3(pose.rotation().conjugate() * mirrored->rotation()).norm(),
+                *of_mirrored - *cost};
+}
+
+}  // namespace tagtwist

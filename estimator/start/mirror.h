@@ -1,0 +1,22 @@
+#pragma once
+#include <optional>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/noise_model.h"
+
+namespace tagtwist {
+
+/// The other pose under which tags of one plane look the same from afar.
+struct Mirror {
+  double angle_rad = 0;  // between the two attitudes
+  double cost = 0;       // half the sum of squares that it costs more, of whitened corners
+};
+
+/// Of a frame's state and tags; nullopt where there is no such pose: no tags, tags on several
+/// planes, a corner that comes to lie behind the camera. The cost need not be that of a minimum: a
+/// tag seen nearly face-on makes one wide trough of both poses, and noise puts the minimum anywhere
+/// in it.
+std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& noise,
+                               const GraphFrame& frame);
+
+}  // namespace tagtwist

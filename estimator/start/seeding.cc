@@ -1,0 +1,127 @@
+#include "estimator/start/seeding.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "estimator/start/pose_path.h"
+#include "frontend/types/so3.h"
+
+namespace tagtwist {
+namespace {
+
+double AngleBetween(const Pose& a, const Pose& b) {
+  return LogSo3(a.rotation().conjugate() * b.rotation()).norm();
+}
+
+Pose Interpolate(const Pose& a, const Pose& b, double fraction) {
+  const Eigen::Vector3d turn = LogSo3(a.rotation().conjugate() * b.rotation());
+  return MakePose(a.rotation() * ExpSo3(fraction * turn),
+                  a.translation() + fraction * (b.translation() - a.translation()));
+}
+
+Twist TwistBetween(const GraphFrame& a, const GraphFrame& b) {
+  const double dt_s = ToSeconds(b.t_ns - a.t_ns);
+  const Pose &pose_a = a.state.world_from_body, &pose_b = b.state.world_from_body;
+  return {(pose_b.translation() - pose_a.translation()) / dt_s,
+          LogSo3(pose_a.rotation().conjugate() * pose_b.rotation()) / dt_s};
+}
+
+// Indices of the frames that have a pose of their own; the poses are written into the frames.
+std::vector<size_t> SeedPoses(const EstimatorSetup& setup,
+                              const std::vector<FrameMeasurements>& measurements,
+                              std::vector<GraphFrame>* frames) {
+  std::vector<PoseChoice> choices(measurements.size());
+  setup.for_ranges(choices.size(), [&](size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      const FrameMeasurements& m = measurements[i];
+      const PoseSeed seed = SeedPose(m.tags, setup.map, setup.camera, setup.cam_from_body);
+      choices[i] = {m.t_ns, AgreeingTags(m.tags, seed), {}};
+      if (seed.status != PoseSeedStatus::kOk) continue;
+      choices[i].poses = seed.alternatives;
+      choices[i].poses.insert(choices[i].poses.begin(), seed.world_from_body);
+    }
+  });
+  const std::vector<std::optional<Pose>> path = LikeliestPath(setup, choices);
+  std::vector<size_t> known;
+  for (size_t i = 0; i < path.size(); ++i) {
+    if (!path[i]) continue;
+    (*frames)[i].state.world_from_body = *path[i];
+    (*frames)[i].tags = std::move(choices[i].tags);
+    known.push_back(i);
+  }
+  return known;
+}
+
+void FillPosesBetween(const std::vector<size_t>& known, std::vector<GraphFrame>* frames) {
+  for (size_t i = 0; i < known.front(); ++i) {
+    (*frames)[i].state.world_from_body = (*frames)[known.front()].state.world_from_body;
+  }
+  for (size_t i = known.back() + 1; i < frames->size(); ++i) {
+    (*frames)[i].state.world_from_body = (*frames)[known.back()].state.world_from_body;
+  }
+  for (size_t k = 0; k + 1 < known.size(); ++k) {
+    const GraphFrame &a = (*frames)[known[k]], &b = (*frames)[known[k + 1]];
+    for (size_t i = known[k] + 1; i < known[k + 1]; ++i) {
+      GraphFrame& frame = (*frames)[i];
+      const double fraction =
+          static_cast<double>(frame.t_ns - a.t_ns) / static_cast<double>(b.t_ns - a.t_ns);
+      frame.state.world_from_body =
+          Interpolate(a.state.world_from_body, b.state.world_from_body, fraction);
+    }
+  }
+}
+
+void SeedTwists(const std::vector<FrameMeasurements>& measurements,
+                std::vector<GraphFrame>* frames) {
+  for (size_t i = 0; i < frames->size(); ++i) {
+    GraphFrame& frame = (*frames)[i];
+    if (measurements[i].closed_form.twist_ransac) {
+      frame.state.twist = *measurements[i].closed_form.twist_ransac;
+    } else if (frames->size() > 1) {
+      const size_t first = i + 1 < frames->size() ? i : i - 1;
+      frame.state.twist = TwistBetween((*frames)[first], (*frames)[first + 1]);
+    }
+  }
+}
+
+}  // namespace
+
+BodyState Predict(const BodyState& state, double dt_s) {
+  BodyState out = state;
+  out.world_from_body =
+      MakePose(state.world_from_body.rotation() * ExpSo3(dt_s * state.twist.omega_body),
+               state.world_from_body.translation() + dt_s * state.twist.v_world);
+  return out;
+}
+
+std::optional<Pose> ChoosePose(const PoseSeed& seed, const Pose* expected) {
+  if (seed.status != PoseSeedStatus::kOk) return std::nullopt;
+  Pose best = seed.world_from_body;
+  if (expected == nullptr) return best;
+  for (const Pose& other : seed.alternatives) {
+    if (AngleBetween(other, *expected) < AngleBetween(best, *expected)) best = other;
+  }
+  return best;
+}
+
+std::vector<TagDetection> AgreeingTags(const std::vector<TagDetection>& tags,
+                                       const PoseSeed& seed) {
+  std::vector<TagDetection> out;
+  for (size_t i = 0; i < tags.size(); ++i) {
+    if (i < seed.tag_inlier.size() && seed.tag_inlier[i]) out.push_back(tags[i]);
+  }
+  return out;
+}
+
+Result<std::vector<GraphFrame>> SeedFrames(const EstimatorSetup& setup,
+                                           const std::vector<FrameMeasurements>& measurements) {
+  std::vector<GraphFrame> frames(measurements.size());
+  for (size_t i = 0; i < frames.size(); ++i) frames[i].t_ns = measurements[i].t_ns;
+  const std::vector<size_t> known = SeedPoses(setup, measurements, &frames);
+  if (known.empty()) return Error{"no frame has a tag of the map that gives a pose"};
+  FillPosesBetween(known, &frames);
+  SeedTwists(measurements, &frames);
+  return frames;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,84 @@
+#include "estimator/window/prediction_check.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace tagtwist {
+namespace {
+
+constexpr double kSpacingS = 0.05;       // between states that are kept
+constexpr double kFade = 1 - 1.0 / 100;  // of the sums, from one of them to the next
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// NEES per degree of freedom in the error state's entries [a, a + 3) and [b, b + 3).
+double Nees(const StateVector& error, const StateCovariance& covariance, int a, int b) {
+  Vector6 e;
+  e << error.segment<3>(a), error.segment<3>(b);
+  Matrix6 p;
+  p << covariance.block<3, 3>(a, a), covariance.block<3, 3>(a, b), covariance.block<3, 3>(b, a),
+      covariance.block<3, 3>(b, b);
+  return e.dot(p.llt().solve(e)) / 6;
+}
+
+}  // namespace
+
+void PredictionCheck::Add(const GraphState& state, const BlockBandedMatrix::Block& covariance,
+                          const MotionPrior& linear, const MotionPrior& angular) {
+  if (!states_.empty() && ToSeconds(state.t_ns - states_.back().t_ns) < kSpacingS) return;
+  const BodyState found = ToBodyState(state);
+  for (size_t h = 0; h < kHorizonsS.size(); ++h) {
+    // The latest state that lies so far back, if not much further.
+    const auto at_least = [&](const Entry& entry) {
+      return ToSeconds(state.t_ns - entry.t_ns) >= kHorizonsS[h];
+    };
+    const auto past = std::find_if(states_.rbegin(), states_.rend(), at_least);
+    if (past == states_.rend()) continue;
+    if (ToSeconds(state.t_ns - past->t_ns) > 1.3 * kHorizonsS[h]) continue;
+    const auto predicted = past->onward.At(state.t_ns);
+    const StateVector error = Difference(found, predicted->state);
+    const StateCovariance p = predicted->covariance + covariance.topLeftCorner<12, 12>();
+    Sum& sum = sums_[h];
+    sum.weight = kFade * sum.weight + 1;
+    sum.linear = kFade * sum.linear + Nees(error, p, 3, 6);
+    sum.angular = kFade * sum.angular + Nees(error, p, 0, 9);
+  }
+  states_.push_back({state.t_ns, {{state}, {covariance}, {}, linear, angular}});
+  while (ToSeconds(state.t_ns - states_.front().t_ns) > 1.3 * kHorizonsS.back()) {
+    states_.pop_front();
+  }
+}
+
+StateVector PredictionCheck::Inflation::OfSigmas() const {
+  StateVector out;
+  out.segment<3>(0).setConstant(std::sqrt(angular));
+  out.segment<6>(3).setConstant(std::sqrt(linear));
+  out.segment<3>(9).setConstant(std::sqrt(angular));
+  return out;
+}
+
+PredictionCheck::Inflation PredictionCheck::At(double gap_s) const {
+  constexpr double kLeastWeight = 3;  // samples
+  Inflation below;                    // at horizon
+  double horizon_s = 0;
+  for (size_t h = 0; h < kHorizonsS.size(); ++h) {
+    const Sum& sum = sums_[h];
+    if (sum.weight < kLeastWeight) break;
+    const Inflation here{std::max(1.0, sum.linear / sum.weight),
+                         std::max(1.0, sum.angular / sum.weight)};
+    if (gap_s <= kHorizonsS[h]) {
+      const double share = (gap_s - horizon_s) / (kHorizonsS[h] - horizon_s);
+      return {below.linear + share * (here.linear - below.linear),
+              below.angular + share * (here.angular - below.angular)};
+    }
+    below = here;
+    horizon_s = kHorizonsS[h];
+  }
+  if (horizon_s == 0) return below;
+  const double ratio = gap_s / horizon_s;
+  return {1 + (below.linear - 1) * ratio * ratio, 1 + (below.angular - 1) * ratio * ratio};
+}
+
+}  // namespace tagtwist

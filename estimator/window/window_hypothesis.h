@@ -1,0 +1,54 @@
+#pragma once
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/solve/smoother.h"
+#include "estimator/solve/window_system.h"
+#include "frontend/base/result.h"
+
+namespace tagtwist {
+
+/// Half a difference of sums of squares that decides between two accounts: exp(-9), one in 8000.
+inline constexpr double kDecidedCost = 9;
+
+/// One account of the window's frames. Where tags leave two poses open there are two of them, until
+/// what comes in decides.
+struct WindowHypothesis {
+  GraphInput input;         // the frames, and the prior of those that left
+  Solution solution;        // of the last solve
+  double settled_cost = 0;  // of all that left, beyond what the prior still holds
+  WindowSystem system;      // what the last solve was made with, if it was a step; it then has the
+  bool is_step = false;     // prior
+
+  /// Half the sum of squares of all that came until now.
+  double Cost() const { return settled_cost + solution.cost; }
+  /// Makes `input` whole: after steps the system has the prior.
+  void TakePrior();
+};
+
+/// Solves, and takes over states and solution; unchanged on an error.
+Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
+                       const SolveOptions& options, WindowHypothesis* hypothesis);
+
+/// The same by WindowSystem, where the hypothesis is alone and no track is in it: costs are kept
+/// but for a constant.
+Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
+                      const SolveOptions& options, WindowHypothesis* hypothesis);
+
+/// Takes out the tags that the solution contradicts, unless they are most of the newest frame's:
+/// then its state is wrong rather than they. True where there were any.
+bool DropContradicted(WindowHypothesis* hypothesis);
+
+/// The oldest state becomes part of the prior.
+void MarginalizeOldest(WindowHypothesis* hypothesis);
+
+/// Removes hypotheses that tell the same as a likelier one, or that a likelier one excludes; the
+/// likeliest comes first. At least one stays.
+void Prune(std::vector<WindowHypothesis>* hypotheses);
+
+/// Probability of the second hypothesis against the first: exp(-d) / (1 + exp(-d)), d the
+/// difference of their costs; 0 where there is one alone.
+double DoubtOf(const std::vector<WindowHypothesis>& hypotheses);
+
+}  // namespace tagtwist

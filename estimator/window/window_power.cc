@@ -1,0 +1,59 @@
+#include "estimator/window/window_power.h"
+
+#include <cmath>
+
+#include "estimator/graph/noise_model.h"
+
+namespace tagtwist {
+namespace {
+
+// Frames of a stretch, and between two: the few that do the work stay below one in a hundred.
+constexpr size_t kStretch = 75, kBetween = 450;
+constexpr double kFade = 0.7;  // weight that a stretch keeps when the next one comes
+
+// Of the square roots of the parts' variances, pooled over the axes.
+StateVector Ratio(const StateCovariance& calibrated, const StateCovariance& covariance) {
+  StateVector out;
+  for (int part = 0; part < 12; part += 3) {
+    const double of_part = calibrated.diagonal().segment<3>(part).sum();
+    out.segment<3>(part).setConstant(
+        std::sqrt(of_part / covariance.diagonal().segment<3>(part).sum()));
+  }
+  return out;
+}
+
+}  // namespace
+
+void WindowCalibration::Add(const EstimatorSetup& setup, const NoiseModel& noise,
+                            const std::vector<GraphFrame>& window) {
+  if (calibrator_) {
+    calibrator_->Step();
+    if (calibrator_->done()) Finish();
+  }
+  if (passed_over_ > 0) {
+    --passed_over_;
+    return;
+  }
+  stretch_.push_back(window.front());
+  if (stretch_.size() < kStretch) return;
+  stretch_.insert(stretch_.end(), window.begin() + 1, window.end());
+  GraphInput input;
+  input.frames = std::move(stretch_);
+  calibrator_.emplace(BuildGraph(setup, noise, input));
+  stretch_.clear();
+  passed_over_ = kBetween;
+}
+
+void WindowCalibration::Finish() {
+  const PriorCalibration& calibration = calibrator_->result();
+  if (!calibration.covariances.empty()) {
+    constexpr size_t kLeaving = kStretch - 1;  // it left when the stretch was full
+    statistic_ = statistic_ * kFade;
+    statistic_ += calibration.statistic;
+    const auto calibrated = Calibrated(statistic_.Power(), calibration);
+    scale_ = Ratio(calibrated[kLeaving], calibration.covariances[kLeaving]);
+  }
+  calibrator_.reset();
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,20 @@
+#pragma once
+#include <string>
+
+#include "frontend/base/result.h"
+
+namespace tagtwist {
+
+/// Writes a file whole or not at all: into a temporary neighbour, renamed when all of it is on its
+/// way to the disk. A device or pipe at `path` is written to directly, never replaced.
+/// "out/states.csv: cannot write: No space left on device".
+Status WriteFileAtomically(const std::string& path, const std::string& content);
+
+/// All bytes of a file. "x.csv: cannot open: No such file or directory".
+Result<std::string> ReadWholeFile(const std::string& path);
+
+/// A free name beside `path`, for something that takes its place when it is whole:
+/// "dir/.name.partial-PID" (hidden, so that no listing of data shows it).
+std::string PartialNeighbour(const std::string& path);
+
+}  // namespace tagtwist

@@ -1,0 +1,193 @@
+#include "frontend/flow/klt_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/video/tracking.hpp>
+#include <utility>
+
+#include "frontend/base/option_check.h"
+#include "frontend/flow/corner_picker.h"
+#include "frontend/geometry/homography.h"
+#include "frontend/geometry/tag_outline.h"
+
+namespace tagtwist {
+namespace {
+
+// Homography now_from_last of the tags that both images show; nullopt with fewer than two, or when
+// they do not move as one plane.
+std::optional<Eigen::Matrix3d> PredictMotion(const std::vector<TagDetection>& last,
+                                             const std::vector<TagDetection>& now) {
+  std::vector<Eigen::Vector2d> last_points, points;
+  for (const TagDetection& tag : now) {
+    const auto same = std::find_if(last.begin(), last.end(),
+                                   [&](const TagDetection& other) { return other.id == tag.id; });
+    if (same == last.end()) continue;
+    last_points.insert(last_points.end(), same->corners.begin(), same->corners.end());
+    points.insert(points.end(), tag.corners.begin(), tag.corners.end());
+  }
+  if (points.size() < 8) return std::nullopt;
+  auto now_from_last = FitHomography(last_points, points, /*normalise=*/true);
+  if (!now_from_last) return std::nullopt;
+  constexpr double kMaxErrorPx = 2;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (!((Transfer(*now_from_last, last_points[i]) - points[i]).norm() < kMaxErrorPx)) {
+      return std::nullopt;
+    }
+  }
+  return now_from_last;
+}
+
+cv::Point2f ToPoint(const Eigen::Vector2d& pixel) {
+  return {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
+}
+
+std::vector<cv::Mat> BuildPyramid(const cv::Mat& image, const KltOptions& options) {
+  std::vector<cv::Mat> out;
+  cv::buildOpticalFlowPyramid(image, out, {options.window_px, options.window_px},
+                              options.pyramid_levels, /*withDerivatives=*/true);
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::string> KltOptions::Problem() const {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  for (auto& problem : {CheckRange("max_points", max_points, 0, 100000),
+                        CheckRange("min_distance_px", min_distance_px, 1, kInf),
+                        CheckRange("fast_threshold", fast_threshold, 1, 254),
+                        CheckRange("min_fast_threshold", min_fast_threshold, 1, 254),
+                        CheckRange("window_px", window_px, 5, 61),
+                        CheckRange("pyramid_levels", pyramid_levels, 0, 8),
+                        CheckRange("max_iterations", max_iterations, 1, 100),
+                        CheckPositive("convergence_px", convergence_px),
+                        CheckPositive("forward_backward_px", forward_backward_px),
+                        CheckPositive("max_difference", max_difference),
+                        CheckRange("border_px", border_px, 0, kInf),
+                        CheckRange("enough_tags", enough_tags, 0, kInf),
+                        CheckRange("tag_margin", tag_margin, 0, kInf)}) {
+    if (problem) return problem;
+  }
+  if (window_px % 2 == 0) return "window_px: expected odd, got " + std::to_string(window_px);
+  if (min_fast_threshold > fast_threshold) {
+    return "min_fast_threshold: expected <= fast_threshold (" + std::to_string(fast_threshold) +
+           "), got " + std::to_string(min_fast_threshold);
+  }
+  return std::nullopt;
+}
+
+std::vector<TrackObservation> KltTracker::Track(const cv::Mat& image,
+                                                const std::vector<TagDetection>& tags) {
+  const bool usable = image.type() == CV_8UC1 && !image.empty();
+  if (!usable || (!pyramid_.empty() && pyramid_[0].size() != image.size())) {
+    pyramid_.clear();
+    tracks_.clear();
+  }
+  if (!usable || kept_.size() != image.size()) kept_.release();
+  if (!usable) return {};
+  if (options_.enough_tags > 0 && static_cast<int>(tags.size()) >= options_.enough_tags) {
+    pyramid_.clear();
+    tracks_.clear();
+    image.copyTo(kept_);
+    tags_ = tags;
+    return {};
+  }
+  for (TrackObservation& track : tracks_) track.pixel_before.reset();
+  if (!kept_.empty()) BeginInKeptImage();
+  std::vector<cv::Mat> pyramid = BuildPyramid(image, options_);
+  if (!tracks_.empty()) Follow(pyramid, tags);
+  Replenish(image);
+  MarkOnTag(tags);
+  pyramid_ = std::move(pyramid);
+  tags_ = tags;
+  return tracks_;
+}
+
+void KltTracker::BeginInKeptImage() {
+  pyramid_ = BuildPyramid(kept_, options_);
+  Replenish(kept_);
+  for (TrackObservation& track : tracks_) track.pixel_before = track.pixel;
+  kept_.release();
+}
+
+void KltTracker::Follow(const std::vector<cv::Mat>& pyramid,
+                        const std::vector<TagDetection>& tags) {
+  const auto motion = PredictMotion(tags_, tags);
+  std::vector<cv::Point2f> start, ahead;
+  for (const TrackObservation& track : tracks_) {
+    start.push_back(ToPoint(track.pixel));
+    ahead.push_back(ToPoint(motion ? Transfer(*motion, track.pixel) : track.pixel));
+  }
+  const cv::Size window(options_.window_px, options_.window_px);
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS,
+                                  options_.max_iterations, options_.convergence_px);
+  std::vector<uchar> ok, back_ok;
+  std::vector<float> difference, back_difference;
+  // Where the answer is known to a pixel or two, one level above the full image will do; so it is
+  // on the way back, which starts at the point that it should find.
+  const int near_level = std::min(options_.pyramid_levels, 1);
+  cv::calcOpticalFlowPyrLK(pyramid_, pyramid, start, ahead, ok, difference, window,
+                           motion ? near_level : options_.pyramid_levels, criteria,
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
+  std::vector<cv::Point2f> back = start;
+  cv::calcOpticalFlowPyrLK(pyramid, pyramid_, ahead, back, back_ok, back_difference, window,
+                           near_level, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
+  const double max_x = pyramid[0].cols - 1 - options_.border_px;
+  const double max_y = pyramid[0].rows - 1 - options_.border_px;
+  std::vector<TrackObservation> followed;
+  for (size_t i = 0; i < tracks_.size(); ++i) {
+    const Eigen::Vector2d pixel(ahead[i].x, ahead[i].y);
+    const bool inside = pixel.x() >= options_.border_px && pixel.y() >= options_.border_px &&
+                        pixel.x() <= max_x && pixel.y() <= max_y;
+    if (ok[i] != 0 && back_ok[i] != 0 && inside && difference[i] <= options_.max_difference &&
+        cv::norm(back[i] - start[i]) <= options_.forward_backward_px) {
+      followed.push_back({tracks_[i].track_id, pixel, false, tracks_[i].pixel_before});
+    }
+  }
+  tracks_ = std::move(followed);
+}
+
+void KltTracker::Replenish(const cv::Mat& image) {
+  CornerPickOptions pick_options;
+  pick_options.n_wanted = options_.max_points - static_cast<int>(tracks_.size());
+  // FAST is the dearest part of a frame that needs few new points; a tenth may be missing.
+  if (pick_options.n_wanted <= options_.max_points / 10) return;
+  pick_options.min_distance_px = options_.min_distance_px;
+  pick_options.border_px = options_.border_px;
+  std::vector<Eigen::Vector2d> taken;
+  for (const TrackObservation& track : tracks_) taken.push_back(track.pixel);
+  // As long as fainter corners may be had, strong ones in one place do not take their part.
+  const int n_cells =
+      std::max(static_cast<int>(image.total()) / (kCornerCellPx * kCornerCellPx), 1);
+  const int twice_the_share = 2 * options_.max_points / n_cells + 1;
+  for (;;) {
+    pick_options.threshold = fast_threshold_;
+    const bool is_faintest = fast_threshold_ <= options_.min_fast_threshold;
+    pick_options.most_in_cell = is_faintest ? options_.max_points : twice_the_share;
+    const CornerPick pick = PickCorners(image, taken, pick_options);
+    const bool few = static_cast<int>(pick.corners.size()) < pick_options.n_wanted;
+    if (few && !is_faintest) {
+      fast_threshold_ = std::max(fast_threshold_ / 2, options_.min_fast_threshold);
+      continue;
+    }
+    if (pick.n_found > 10 * options_.max_points) {
+      fast_threshold_ = std::min(fast_threshold_ + 2, options_.fast_threshold);
+    }
+    for (const Eigen::Vector2d& corner : pick.corners) {
+      tracks_.push_back({next_id_++, corner, false});
+    }
+    return;
+  }
+}
+
+void KltTracker::MarkOnTag(const std::vector<TagDetection>& tags) {
+  std::vector<std::array<Eigen::Vector2d, 4>> outlines;
+  outlines.reserve(tags.size());
+  for (const TagDetection& tag : tags) outlines.push_back(GrownOutline(tag, options_.tag_margin));
+  for (TrackObservation& track : tracks_) {
+    track.on_tag = std::any_of(outlines.begin(), outlines.end(),
+                               [&](const auto& outline) { return IsInside(track.pixel, outline); });
+  }
+}
+
+}  // namespace tagtwist

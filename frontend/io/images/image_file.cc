@@ -1,0 +1,93 @@
+#include "frontend/io/images/image_file.h"
+
+#include <zlib.h>
+
+#include <cstdint>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "frontend/base/atomic_file.h"
+
+namespace tagtwist {
+namespace {
+
+constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
+constexpr uint32_t kMaxSidePx = 1U << 15;  // keeps a damaged size from asking for all memory
+
+uint32_t BigEndian32(std::string_view bytes) {
+  uint32_t value = 0;
+  for (const char c : bytes.substr(0, 4)) value = value << 8 | static_cast<unsigned char>(c);
+  return value;
+}
+
+// Walks the chunks (length, type, data, checksum) to the end mark.
+std::optional<std::string> PngFault(std::string_view bytes) {
+  bytes.remove_prefix(kPngSignature.size());
+  for (bool first = true; bytes.size() >= 12; first = false) {
+    const uint32_t length = BigEndian32(bytes);
+    if (length > bytes.size() - 12) break;
+    const std::string_view body = bytes.substr(4, 4 + static_cast<size_t>(length));
+    const auto checksum =
+        ::crc32_z(0, reinterpret_cast<const unsigned char*>(body.data()), body.size());
+    if (checksum != BigEndian32(bytes.substr(4 + body.size()))) return "damaged PNG";
+    const std::string_view type = body.substr(0, 4);
+    if (first != (type == "IHDR")) return "damaged PNG";
+    if (first && (length < 13 || BigEndian32(body.substr(4)) > kMaxSidePx ||
+                  BigEndian32(body.substr(8)) > kMaxSidePx)) {
+      return "damaged PNG";
+    }
+    if (type == "IEND") return std::nullopt;
+    bytes.remove_prefix(8 + body.size());
+  }
+  return "truncated PNG";
+}
+
+std::optional<std::string> FormatFault(std::string_view bytes) {
+  if (bytes.empty()) return "empty file";
+  if (bytes.substr(0, kPngSignature.size()) == kPngSignature) return PngFault(bytes);
+  if (bytes.substr(0, 3) == "\xFF\xD8\xFF") {
+    // The end mark follows the last scan; bytes may follow it, and a preview have marks of its own.
+    const size_t scan = bytes.rfind("\xFF\xDA"), end = bytes.rfind("\xFF\xD9");
+    const bool whole =
+        scan != std::string_view::npos && end != std::string_view::npos && end > scan;
+    if (!whole) return "truncated JPEG";
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<cv::Mat> DecodeGrayImage(const std::string& bytes) {
+  if (const auto fault = FormatFault(bytes)) return Error{*fault};
+  cv::Mat image;
+  try {
+    const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+    image = cv::imdecode(view, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    image.release();
+  }
+  if (image.empty()) return Error{"cannot decode"};
+  return image;
+}
+
+Result<cv::Mat> ReadGrayImage(const std::string& path) {
+  const auto bytes = ReadWholeFile(path);
+  if (!bytes) return Error{bytes.error().message.substr(path.size() + 2)};  // without "path: "
+  return DecodeGrayImage(*bytes);
+}
+
+Result<std::string> EncodePng(const cv::Mat& gray) {
+  std::vector<unsigned char> bytes;
+  try {
+    if (gray.type() == CV_8UC1 && !gray.empty() && cv::imencode(".png", gray, bytes)) {
+      return std::string(bytes.begin(), bytes.end());
+    }
+  } catch (const cv::Exception&) {
+    return Error{"cannot encode the image"};
+  }
+  return Error{"expected an 8-bit gray image"};
+}
+
+}  // namespace tagtwist

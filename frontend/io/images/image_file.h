@@ -1,0 +1,22 @@
+#pragma once
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "frontend/base/result.h"
+
+namespace tagtwist {
+
+/// 8-bit gray image from the bytes of a file (PNG, JPEG, PGM, ...); colour becomes gray, an
+/// orientation in the file is not applied: pixels stay where the camera has them. Errors are a
+/// short reason without any name: "truncated PNG", "cannot decode". PNG and JPEG are checked for
+/// wholeness first: their decoders print on stderr or return half an image.
+Result<cv::Mat> DecodeGrayImage(const std::string& bytes);
+
+/// The same from a file; the reason again without the name: "cannot open: No such file or
+/// directory".
+Result<cv::Mat> ReadGrayImage(const std::string& path);
+
+/// PNG bytes of an 8-bit gray image.
+Result<std::string> EncodePng(const cv::Mat& gray);
+
+}  // namespace tagtwist

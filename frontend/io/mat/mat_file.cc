@@ -1,0 +1,45 @@
+#include "frontend/io/mat/mat_file.h"
+
+#include <array>
+#include <cstdio>
+
+#include "frontend/io/mat/mat_backends.h"
+
+namespace tagtwist {
+namespace {
+
+enum class MatVersion { kNone, k5, k73 };
+
+// Bytes 124 to 127: version (0x0100 or 0x0200) and "MI", both in the writer's byte order.
+MatVersion ReadVersion(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
+                                                             std::fclose);
+  std::array<unsigned char, 128> head;
+  if (file == nullptr || std::fread(head.data(), 1, head.size(), file.get()) != head.size()) {
+    return MatVersion::kNone;
+  }
+  const bool little = head[126] == 'I' && head[127] == 'M';
+  const bool big = head[126] == 'M' && head[127] == 'I';
+  if (!little && !big) return MatVersion::kNone;
+  const int version = little ? head[125] : head[124], minor = little ? head[124] : head[125];
+  if (minor != 0) return MatVersion::kNone;
+  return version == 1 ? MatVersion::k5 : version == 2 ? MatVersion::k73 : MatVersion::kNone;
+}
+
+}  // namespace
+
+bool IsMatFile(const std::string& path) { return ReadVersion(path) != MatVersion::kNone; }
+
+Result<std::unique_ptr<MatFile>> OpenMatFile(const std::string& path) {
+  switch (ReadVersion(path)) {
+    case MatVersion::k5:
+      return OpenMat5File(path);
+    case MatVersion::k73:
+      return OpenMat73File(path);
+    case MatVersion::kNone:
+      break;
+  }
+  return Error{path + ": expected a MATLAB 5 or 7.3 file, got something else"};
+}
+
+}  // namespace tagtwist

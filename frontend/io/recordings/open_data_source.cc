@@ -1,0 +1,72 @@
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+#include "frontend/io/mat/mat_file.h"
+#include "frontend/io/recordings/data_source.h"
+#include "frontend/io/recordings/data_source_kinds.h"
+
+namespace tagtwist {
+namespace {
+
+bool Exists(const std::filesystem::path& path) {
+  std::error_code unknown;
+  return std::filesystem::exists(path, unknown);
+}
+
+bool IsBagFile(const std::string& path) {
+  constexpr std::string_view kMagic = "#ROSBAG";
+  std::array<char, kMagic.size()> first{};
+  std::ifstream in(path, std::ios::binary);
+  in.read(first.data(), static_cast<std::streamsize>(first.size()));
+  return in && std::string_view(first.data(), first.size()) == kMagic;
+}
+
+}  // namespace
+
+const std::vector<TruthSample>& DataSource::ground_truth() const {
+  static const std::vector<TruthSample> kNone;
+  return kNone;
+}
+
+const std::vector<ImuSample>& DataSource::imu() const {
+  static const std::vector<ImuSample> kNone;
+  return kNone;
+}
+
+Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
+                                                   const DataSourceOptions& options) {
+  const std::filesystem::path root(path);
+  std::error_code unknown;
+  if (!Exists(root)) return Error{path + ": no such file or folder"};
+  if (!std::filesystem::is_directory(root, unknown)) {
+    if (IsMatFile(path)) return OpenMatSource(path, options);
+    if (IsBagFile(path)) return OpenBagSource(path, options);
+    if (std::filesystem::is_regular_file(root, unknown) &&
+        std::filesystem::file_size(root, unknown) == 0) {
+      return Error{path + ": empty file"};
+    }
+    return OpenVideoSource(path, options);
+  }
+  // Where detections are used, tags0 stands for a missing cam0.
+  for (const auto& folder : {root / "mav0", root}) {
+    const bool tags = options.use_detections && Exists(folder / "tags0" / "data.csv");
+    if (tags || Exists(folder / "cam0" / "data.csv")) {
+      return OpenEurocSource(folder.string(), options);
+    }
+  }
+  if (Exists(root / "timestamps.csv")) return OpenFolderSource(path, options);
+  if (Exists(root / "detections.csv")) {
+    if (options.use_detections) return OpenFolderSource(path, options);
+    return Error{path +
+                 ": no timestamps.csv; its detections.csv can stand for it only where "
+                 "detections are used"};
+  }
+  if (!options.use_detections && HasNamedImages(path)) return OpenNamedImagesSource(path, options);
+  return Error{path +
+               ": expected a data set (timestamps.csv, mav0/cam0/data.csv, or images with stamps "
+               "for names), got none"};
+}
+
+}  // namespace tagtwist

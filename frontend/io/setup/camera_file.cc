@@ -1,0 +1,208 @@
+#include "frontend/io/setup/camera_file.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <initializer_list>
+#include <vector>
+
+#include "frontend/io/setup/camera_section.h"
+#include "frontend/io/setup/opencv_xml.h"
+#include "frontend/io/setup/yaml_reader.h"
+
+namespace tagtwist {
+namespace {
+
+const YamlValue* Member(const YamlValue& mapping, const std::string& name) {
+  for (const auto& [key, value] : mapping.members) {
+    if (key == name) return &value;
+  }
+  return nullptr;
+}
+
+// The member that goes by one of several names; the first of them is told where there is none.
+const YamlValue* RequireOneOf(std::initializer_list<const char*> names, YamlSection* section) {
+  for (const char* name : names) {
+    if (const YamlValue* node = section->Find(name)) return node;
+  }
+  return section->Require(std::string(*names.begin()));
+}
+
+// Numbers of a list, of a list of rows, or of {rows, cols, data}.
+Status ReadMatrix(const YamlValue& node, std::vector<double>* numbers) {
+  if (node.kind == YamlValue::Kind::kMapping) {
+    YamlSection section(node);
+    const YamlValue* data = section.Require(std::string("data"));
+    if (data == nullptr) return section.FirstFault();
+    return ReadNumbers(*data, 0, numbers);
+  }
+  if (node.kind != YamlValue::Kind::kList || node.items.empty() ||
+      node.items[0].kind != YamlValue::Kind::kList) {
+    return ReadNumbers(node, 0, numbers);
+  }
+  numbers->clear();
+  for (const YamlValue& row : node.items) {
+    std::vector<double> of_row;
+    if (Status status = ReadNumbers(row, 0, &of_row); !status) return status;
+    numbers->insert(numbers->end(), of_row.begin(), of_row.end());
+  }
+  return Ok();
+}
+
+void ReadCameraMatrix(const YamlValue* node, YamlSection* section, Camera* camera) {
+  if (node == nullptr) return;
+  std::vector<double> k;
+  if (Status status = ReadMatrix(*node, &k); !status) return section->Keep(status);
+  const bool is_pinhole = k.size() == 9 && k[1] == 0 && k[3] == 0 && k[6] == 0 && k[7] == 0 &&
+                          k[8] == 1 && k[0] > 0 && k[4] > 0;
+  if (!is_pinhole) {
+    return section->Keep(node->Refuse("[fx, 0, cx, 0, fy, cy, 0, 0, 1], got another matrix"));
+  }
+  camera->fx = k[0];
+  camera->cx = k[2];
+  camera->fy = k[4];
+  camera->cy = k[5];
+}
+
+// OpenCV's calibration and ROS camera_info: they share their members but for a few names.
+Result<CameraFile> ReadOpenCvOrRos(const YamlValue& root) {
+  YamlSection section(root);
+  CameraFile out;
+  const auto read_size = [&](std::initializer_list<const char*> names, int* size) {
+    const YamlValue* node = RequireOneOf(names, &section);
+    if (node != nullptr) section.Keep(ReadValue(*node, size));
+  };
+  read_size({"image_width", "image_Width", "width"}, &out.camera.width);
+  read_size({"image_height", "image_Height", "height"}, &out.camera.height);
+  ReadCameraMatrix(
+      RequireOneOf({"camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "k"}, &section),
+      &section, &out.camera);
+  NamedLens lens;
+  int fisheye = 0;
+  section("fisheye_model", fisheye);
+  if (fisheye != 0) lens.model = LensModel::kEquidistant;
+  if (const YamlValue* node = section.Find("distortion_model")) {
+    const auto named = ReadLensName(*node);
+    section.Keep(named ? Ok() : Status(named.error()));
+    if (named) lens = *named;
+  }
+  const auto distortion = {
+      "distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "D", "d"};
+  if (const YamlValue* node = RequireOneOf(distortion, &section)) {
+    std::vector<double> k;
+    const Status read = ReadMatrix(*node, &k);
+    section.Keep(read ? SetLens(*node, lens, k, &out.camera) : read);
+  }
+  section.KeepProblem(out.camera.Problem());
+  if (Status status = section.FirstFault(); !status) return status.error();
+  return out;
+}
+
+// T_cam_imu: four rows of four.
+void ReadTransform(const YamlValue& node, YamlSection* section, std::optional<Pose>* out) {
+  std::vector<double> n;
+  if (Status status = ReadMatrix(node, &n); !status) return section->Keep(status);
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
+  if (n.size() == 16) rotation << n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10];
+  const double off = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm();
+  if (!(off < 1e-3) || !(rotation.determinant() > 0)) {
+    return section->Keep(node.Refuse("a rigid 4 x 4 matrix, got another"));
+  }
+  *out = MakePose(Eigen::Quaterniond(rotation).normalized(), {n[3], n[7], n[11]});
+}
+
+Result<CameraFile> ReadKalibrCamera(const YamlValue& node) {
+  YamlSection section(node);
+  CameraFile out;
+  std::string model;
+  section.Require("camera_model", &model);
+  if (!model.empty() && model != "pinhole") {
+    section.Keep(section.Find("camera_model")->Refuse("pinhole"));
+  }
+  std::vector<double> intrinsics, resolution, k;
+  const auto read = [&](const char* name, size_t size, std::vector<double>* numbers) {
+    const YamlValue* list = section.Require(std::string(name));
+    if (list != nullptr) section.Keep(ReadNumbers(*list, size, numbers));
+    numbers->resize(std::max<size_t>(size, numbers->size()), 1.0);
+    return list;
+  };
+  NamedLens lens;
+  if (const YamlValue* name = section.Require(std::string("distortion_model"))) {
+    const auto named = ReadLensName(*name);
+    section.Keep(named ? Ok() : Status(named.error()));
+    if (named) lens = *named;
+  }
+  read("intrinsics", 4, &intrinsics);
+  if (lens.has_coefficients) {
+    const YamlValue* list = read("distortion_coeffs", 0, &k);
+    if (list != nullptr) section.Keep(SetLens(*list, lens, k, &out.camera));
+  }
+  if (const YamlValue* size = read("resolution", 2, &resolution)) {
+    for (const double side : resolution) {
+      if (side != std::floor(side)) section.Keep(size->Refuse("whole numbers"));
+    }
+  }
+  Camera& camera = out.camera;
+  camera.fx = intrinsics[0];
+  camera.fy = intrinsics[1];
+  camera.cx = intrinsics[2];
+  camera.cy = intrinsics[3];
+  camera.width = static_cast<int>(std::min(resolution[0], 1e6));
+  camera.height = static_cast<int>(std::min(resolution[1], 1e6));
+  const YamlValue* transform = section.Find("T_cam_imu");
+  if (transform != nullptr) ReadTransform(*transform, &section, &out.cam_from_body);
+  section.KeepProblem(camera.Problem());
+  if (Status status = section.FirstFault(); !status) return status.error();
+  return out;
+}
+
+Result<CameraFile> ReadOwn(const YamlValue& node) {
+  YamlSection section(node);
+  CameraFile out;
+  ReadCameraKeys(&section, &out.camera);
+  ReadLineTime(&section, &out.line_time_s);
+  if (Status status = section.Finish(); !status) return status.error();
+  return out;
+}
+
+// cam0, cam1, ... of a Kalibr camchain.
+std::vector<const YamlValue*> KalibrCameras(const YamlValue& root) {
+  std::vector<const YamlValue*> out;
+  for (const auto& [key, value] : root.members) {
+    const bool is_camera = key.size() > 3 && key.compare(0, 3, "cam") == 0 &&
+                           key.find_first_not_of("0123456789", 3) == std::string::npos;
+    if (is_camera) out.push_back(&value);
+  }
+  return out;
+}
+
+Result<CameraFile> ReadFromCamchain(const YamlValue& root,
+                                    const std::vector<const YamlValue*>& cameras,
+                                    const std::string& name) {
+  std::string known;
+  for (const YamlValue* camera : cameras) {
+    if (camera->key == name || (name.empty() && cameras.size() == 1)) {
+      return ReadKalibrCamera(*camera);
+    }
+    known += (known.empty() ? "" : ", ") + camera->key;
+  }
+  return Error{root.file + ": camera: expected one of " + known + ", got " +
+               (name.empty() ? "none" : name)};
+}
+
+}  // namespace
+
+Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name) {
+  const Result<YamlValue> root = IsXml(path) ? ReadOpenCvXml(path) : ReadYaml(path);
+  if (!root) return root.error();
+  const auto cameras = KalibrCameras(*root);
+  if (!cameras.empty()) return ReadFromCamchain(*root, cameras, name);
+  if (!name.empty()) {
+    return Error{path + ": camera: expected no name for a file with one camera, got " + name};
+  }
+  if (const YamlValue* section = Member(*root, "camera")) return ReadOwn(*section);
+  if (Member(*root, "fx") != nullptr) return ReadOwn(*root);
+  if (Member(*root, "camera_model") != nullptr) return ReadKalibrCamera(*root);
+  return ReadOpenCvOrRos(*root);
+}
+
+}  // namespace tagtwist

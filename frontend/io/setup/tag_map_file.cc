@@ -1,0 +1,206 @@
+#include "frontend/io/setup/tag_map_file.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "frontend/io/setup/tag_map_reader.h"
+#include "frontend/io/setup/yaml_reader.h"
+#include "frontend/types/so3.h"
+#include "frontend/types/tag_family.h"
+#include "frontend/types/tag_overlap.h"
+
+namespace tagtwist {
+namespace {
+
+constexpr int kMostTags = 100000;
+
+// Kalibr: ids row by row from the bottom left, upright, tagSpacing as a share of tagSize. World:
+// origin at the bottom-left corner of the first tag, x right, y up, z out of the paper.
+Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family) {
+  YamlSection section(root);
+  std::string type;
+  int columns = 0, rows = 0;
+  double size_m = 0, spacing = 0;
+  section("target_type", type);
+  if (type != "aprilgrid") section.Keep(section.Find("target_type")->Refuse("aprilgrid"));
+  section.Require("tagCols", &columns);
+  section.Require("tagRows", &rows);
+  section.Require("tagSize", &size_m);
+  section.Require("tagSpacing", &spacing);
+  const auto check = [&](const char* name, bool good, const char* expected) {
+    const YamlValue* node = section.Find(name);
+    if (node != nullptr && !good) section.Keep(node->Refuse(expected));
+  };
+  check("tagCols", columns >= 1 && columns <= kMostTags, ">= 1");
+  check("tagRows", rows >= 1 && rows <= kMostTags / std::max(columns, 1), ">= 1, and fewer tags");
+  check("tagSize", size_m > 0, "> 0 [m]");
+  check("tagSpacing", spacing >= 0, ">= 0, a share of tagSize");
+  if (Status status = section.FirstFault(); !status) return status.error();
+  std::vector<Tag> tags;
+  const double step_m = size_m * (1 + spacing);
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const Eigen::Vector3d centre(column * step_m + 0.5 * size_m, row * step_m + 0.5 * size_m, 0);
+      tags.push_back(
+          {columns * row + column, MakePose(Eigen::Quaterniond::Identity(), centre), size_m});
+    }
+  }
+  return TagMap(family.empty() ? kKalibrFamily : family, std::move(tags));
+}
+
+// The members x, y, z of a mapping.
+Eigen::Vector3d ReadXyz(const YamlValue* node, YamlSection* parent) {
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();
+  if (node == nullptr) return out;
+  YamlSection section(*node);
+  section.Require("x", &out.x());
+  section.Require("y", &out.y());
+  section.Require("z", &out.z());
+  parent->Keep(section.FirstFault());
+  return out;
+}
+
+// WPILib: x out of the tag's face, y to the right as printed, z up.
+Status ReadWpilibTag(const YamlValue& node, double size_m, Tag* tag) {
+  YamlSection section(node);
+  tag->size_m = size_m;
+  section.Require("ID", &tag->id);
+  const YamlValue* pose = section.Require(std::string("pose"));
+  if (pose == nullptr) return section.FirstFault();
+  YamlSection parts(*pose);
+  const Eigen::Vector3d position = ReadXyz(parts.Require(std::string("translation")), &parts);
+  const YamlValue* rotation = parts.Require(std::string("rotation"));
+  if (rotation == nullptr) return parts.FirstFault();
+  YamlSection turn(*rotation);
+  const YamlValue* quaternion_node = turn.Require(std::string("quaternion"));
+  if (quaternion_node == nullptr) return turn.FirstFault();
+  YamlSection wxyz(*quaternion_node);
+  Eigen::Quaterniond world_from_face(0, 0, 0, 0);
+  wxyz.Require("W", &world_from_face.w());
+  wxyz.Require("X", &world_from_face.x());
+  wxyz.Require("Y", &world_from_face.y());
+  wxyz.Require("Z", &world_from_face.z());
+  if (!(std::abs(world_from_face.norm() - 1) < 1e-3)) {
+    wxyz.Keep(quaternion_node->Refuse("a unit quaternion, got another"));
+  }
+  for (YamlSection* each : {&section, &parts, &wxyz}) {
+    if (Status status = each->FirstFault(); !status) return status;
+  }
+  Eigen::Matrix3d face_from_tag;
+  face_from_tag << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  tag->world_from_tag =
+      MakePose(world_from_face.normalized() * Eigen::Quaterniond(face_from_tag), position);
+  return Ok();
+}
+
+Result<TagMap> ReadWpilib(const YamlValue& root, const TagMapFile& file) {
+  if (!file.tag_size_m) {
+    return Error{file.path +
+                 ": the size of the tags is not in such a file: expected --tag_size_m "
+                 "or tag_size_m"};
+  }
+  YamlSection section(root);
+  const YamlValue* list = section.Require(std::string("tags"));
+  std::vector<Tag> tags;
+  for (const YamlValue& item : list->items) {
+    Tag tag;
+    if (Status status = ReadWpilibTag(item, *file.tag_size_m, &tag); !status) return status.error();
+    tags.push_back(tag);
+  }
+  return TagMap(file.family.empty() ? "tag36h11" : file.family, std::move(tags));
+}
+
+// TagSLAM's pose: a position and a rotation vector.
+Pose ReadAxisAnglePose(const YamlValue* node, YamlSection* parent) {
+  if (node == nullptr) return Pose();
+  YamlSection section(*node);
+  const Eigen::Vector3d position = ReadXyz(section.Require(std::string("position")), &section);
+  const Eigen::Vector3d rotation = ReadXyz(section.Require(std::string("rotation")), &section);
+  parent->Keep(section.FirstFault());
+  return MakePose(ExpSo3(rotation), position);
+}
+
+Status ReadTagSlamBody(const YamlValue& body, std::vector<Tag>* tags) {
+  YamlSection section(body);
+  bool is_static = false;
+  std::optional<double> default_size_m;
+  section("is_static", is_static);
+  section("default_tag_size", default_size_m);
+  const YamlValue* list = section.Find("tags");
+  if (!is_static || list == nullptr) return section.FirstFault();
+  const Pose world_from_body = ReadAxisAnglePose(section.Find("pose"), &section);
+  if (list->kind != YamlValue::Kind::kList) section.Keep(list->Refuse("a list of tags"));
+  if (Status status = section.FirstFault(); !status) return status;
+  for (const YamlValue& item : list->items) {
+    YamlSection of_tag(item);
+    Tag tag;
+    of_tag.Require("id", &tag.id);
+    if (default_size_m) tag.size_m = *default_size_m;
+    default_size_m ? of_tag("size", tag.size_m) : of_tag.Require("size", &tag.size_m);
+    const YamlValue* pose = of_tag.Require(std::string("pose"));
+    tag.world_from_tag = world_from_body * ReadAxisAnglePose(pose, &of_tag);
+    if (Status status = of_tag.FirstFault(); !status) return status;
+    tags->push_back(tag);
+  }
+  return Ok();
+}
+
+Result<TagMap> ReadTagSlam(const YamlValue& bodies, const std::string& family) {
+  if (bodies.kind != YamlValue::Kind::kList) return bodies.Refuse("a list of bodies");
+  std::vector<Tag> tags;
+  for (const YamlValue& entry : bodies.items) {  // a mapping from its name
+    if (entry.kind != YamlValue::Kind::kMapping) return entry.Refuse("a body by its name");
+    for (const auto& [name, body] : entry.members) {
+      if (Status status = ReadTagSlamBody(body, &tags); !status) return status.error();
+    }
+  }
+  if (tags.empty()) return bodies.Refuse("a static body with tags, got none");
+  return TagMap(family.empty() ? "tag36h11" : family, std::move(tags));
+}
+
+Result<TagMap> ReadAny(const YamlValue& root, const TagMapFile& file) {
+  YamlSection section(root);
+  if (section.Find("target_type") != nullptr) return ReadAprilGrid(root, file.family);
+  if (const YamlValue* bodies = section.Find("bodies")) return ReadTagSlam(*bodies, file.family);
+  if (const YamlValue* own = section.Find("tag_map")) return ReadTagMap(*own);
+  const YamlValue* tags = section.Find("tags");
+  if (tags != nullptr && tags->kind == YamlValue::Kind::kList && !tags->items.empty() &&
+      YamlSection(tags->items[0]).Find("ID") != nullptr) {
+    return ReadWpilib(root, file);
+  }
+  return ReadTagMap(root);
+}
+
+}  // namespace
+
+Result<TagMap> ReadTagMapFile(const TagMapFile& file) {
+  if (file.tag_size_m && !(*file.tag_size_m > 0)) {
+    return Error{"tag_size_m: expected > 0, got " + std::to_string(*file.tag_size_m)};
+  }
+  const Result<YamlValue> root = ReadYaml(file.path);
+  if (!root) return root.error();
+  Result<TagMap> map = ReadAny(*root, file);
+  if (!map) return map;
+  if (const auto problem = CheckTagMap(*map)) return Error{file.path + ": " + *problem};
+  return map;
+}
+
+std::optional<std::string> CheckTagMap(const TagMap& map) {
+  if (auto problem = map.Problem()) return problem;
+  const Result<int> size = TagFamilySize(map.family());
+  if (!size) return size.error().message;
+  for (const Tag& tag : map.tags()) {
+    if (tag.id >= *size) {
+      return "tag " + std::to_string(tag.id) + ": expected ids 0.." + std::to_string(*size - 1) +
+             " of " + map.family();
+    }
+  }
+  const auto overlap = FindOverlap(map);
+  if (!overlap) return std::nullopt;
+  return "tags " + std::to_string(overlap->first) + " and " + std::to_string(overlap->second) +
+         " overlap";
+}
+
+}  // namespace tagtwist

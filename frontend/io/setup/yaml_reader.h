@@ -1,0 +1,101 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "frontend/base/result.h"
+
+namespace tagtwist {
+
+/// A node of a YAML file with the place it came from. A tree of values: whoever reads it needs no
+/// YAML library.
+struct YamlValue {
+  enum class Kind { kNothing, kScalar, kList, kMapping };
+  Kind kind = Kind::kNothing;
+  std::string file;                                        // as given to ReadYaml
+  int line = 1;                                            // counted from 1
+  std::string key;                                         // "tag_map.tags[3].id"; "" for the root
+  std::string scalar;                                      // kScalar: its text
+  bool quoted = false;                                     // kScalar: "5" is a text, 5 a number
+  std::vector<YamlValue> items;                            // kList
+  std::vector<std::pair<std::string, YamlValue>> members;  // kMapping, in the order of the file
+
+  /// "file:line: key: expected ..., got ...".
+  Error Refuse(const std::string& expected) const;
+  /// What it is, for a message: its text, cut short, or "a list", "a mapping", "nothing".
+  std::string Describe() const;
+};
+
+/// The single document of a YAML file. Refused: a file that cannot be read, is empty or not YAML,
+/// a key given twice in one mapping. OpenCV's
+/// first line, %YAML:1.0, counts as a comment.
+Result<YamlValue> ReadYaml(const std::string& path);
+
+/// Values of one type; refused with the type that was expected. Numbers must be finite.
+Status ReadValue(const YamlValue& node, double* value);
+Status ReadValue(const YamlValue& node, int* value);
+Status ReadValue(const YamlValue& node, bool* value);
+Status ReadValue(const YamlValue& node, std::string* value);
+/// A list of exactly `size` numbers, or of any number of them when size is 0.
+Status ReadNumbers(const YamlValue& node, size_t size, std::vector<double>* numbers);
+/// A whole number (32 or 64 bits, with sign or without).
+template <typename Integer>
+Status ReadInteger(const YamlValue& node, Integer* value);
+
+/// Reads a mapping strictly: every member must be asked for, and Finish() tells an unknown member
+/// or else the first fault. A member that is absent leaves its value alone, the default.
+class YamlSection {
+ public:
+  explicit YamlSection(const YamlValue& mapping);
+
+  /// The member of that name, or nullptr; it counts as known from here on.
+  const YamlValue* Find(const std::string& name);
+  /// Same, and its absence is a fault.
+  const YamlValue* Require(const std::string& name);
+
+  /// Visitor of an options struct: reads the member `name` into `value`.
+  template <typename T>
+  void operator()(const char* name, T& value) {
+    if (const YamlValue* node = Find(name); node != nullptr) Keep(ReadField(*node, value));
+  }
+  template <typename T>
+  void Require(const char* name, T* value) {
+    if (const YamlValue* node = Require(std::string(name)); node != nullptr) {
+      Keep(ReadField(*node, *value));
+    }
+  }
+
+  /// Keeps the fault, if it is the first.
+  void Keep(const Status& status);
+  /// Keeps "name: expected ..., got ..." (what an options struct's Problem() says) with the line of
+  /// the member it names.
+  void KeepProblem(const std::optional<std::string>& problem);
+  /// The fault, or Ok. Call it after everything was asked for.
+  Status Finish();
+  /// The same for files of others, in which unknown members are none of our business.
+  Status FirstFault() const;
+
+ private:
+  template <typename T>
+  static Status ReadField(const YamlValue& node, T& value) {
+    if constexpr (std::is_same_v<T, double> || std::is_same_v<T, int> || std::is_same_v<T, bool> ||
+                  std::is_same_v<T, std::string>) {
+      return ReadValue(node, &value);
+    } else if constexpr (std::is_integral_v<T>) {
+      return ReadInteger(node, &value);
+    } else {  // std::optional
+      typename T::value_type inner{};
+      Status status = ReadField(node, inner);
+      if (status) value = inner;
+      return status;
+    }
+  }
+
+  const YamlValue& mapping_;
+  std::vector<std::string> known_;
+  std::optional<Error> fault_;
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,158 @@
+#include "frontend/io/tables/csv.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "frontend/base/atomic_file.h"
+
+namespace tagtwist {
+namespace {
+
+std::string_view Trim(std::string_view text) {
+  const char* const blank = " \t\r";
+  const size_t first = text.find_first_not_of(blank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+// "p_RS_R_x [m]" -> "p_RS_R_x"
+std::string_view WithoutUnit(std::string_view name) {
+  if (name.empty() || name.back() != ']') return name;
+  const size_t bracket = name.rfind('[');
+  return bracket == std::string_view::npos ? name : Trim(name.substr(0, bracket));
+}
+
+// Calls take(cell) for every comma-separated cell of the line, trimmed.
+template <typename Take>
+void ForEachCell(std::string_view line, const Take& take) {
+  for (;;) {
+    const size_t comma = line.find(',');
+    take(Trim(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+Error LineError(const std::string& path, int line, const std::string& message) {
+  return Error{path + ":" + std::to_string(line) + ": " + message};
+}
+
+}  // namespace
+
+Result<CsvTable> CsvTable::Read(const std::string& path) {
+  auto text = ReadWholeFile(path);
+  if (!text) return text.error();
+  return Parse(std::move(*text), path);
+}
+
+Result<CsvTable> CsvTable::Parse(std::string text, const std::string& path) {
+  CsvTable table;
+  table.path_ = path;
+  table.text_ = std::make_shared<const std::string>(std::move(text));
+  std::string_view rest = *table.text_;
+  const std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (rest.substr(0, 3) == byte_order_mark) rest.remove_prefix(3);
+  if (Trim(rest).empty()) return Error{path + ": empty file"};
+  int empty_line = 0;
+  for (int line_number = 1; !rest.empty(); ++line_number) {
+    const size_t end = rest.find('\n');
+    const std::string_view line = Trim(rest.substr(0, end));
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    if (line.empty()) {
+      if (empty_line == 0) empty_line = line_number;
+      continue;
+    }
+    if (empty_line != 0) return LineError(path, empty_line, "expected a row, got an empty line");
+    const auto problem = table.columns_.empty() ? table.ParseHeader(line, line_number)
+                                                : table.ParseRow(line, line_number);
+    if (problem) return *problem;
+  }
+  if (table.columns_.empty()) return Error{path + ": empty file"};
+  return table;
+}
+
+std::optional<Error> CsvTable::ParseHeader(std::string_view line, int line_number) {
+  if (line.front() == '#') line = Trim(line.substr(1));
+  ForEachCell(line, [this](std::string_view cell) { columns_.emplace_back(WithoutUnit(cell)); });
+  if (ParseNumber(columns_.front())) {
+    return LineError(path_, line_number, "expected a header line with the columns' names");
+  }
+  for (auto name = columns_.begin(); name != columns_.end(); ++name) {
+    if (!name->empty() && std::find(columns_.begin(), name, *name) != name) {
+      return LineError(path_, line_number, "column " + QuoteForMessage(*name) + " appears twice");
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> CsvTable::ParseRow(std::string_view line, int line_number) {
+  const size_t first_cell = cells_.size();
+  ForEachCell(line, [this](std::string_view cell) { cells_.push_back(cell); });
+  rows_.push_back({line_number, first_cell});
+  const size_t got = cells_.size() - first_cell;
+  if (got == columns_.size()) return std::nullopt;
+  return LineError(
+      path_, line_number,
+      "expected " + std::to_string(columns_.size()) + " columns, got " + std::to_string(got));
+}
+
+std::optional<size_t> CsvTable::FindColumn(std::string_view name) const {
+  const auto found = std::find(columns_.begin(), columns_.end(), name);
+  if (found == columns_.end()) return std::nullopt;
+  return static_cast<size_t>(found - columns_.begin());
+}
+
+Result<std::vector<size_t>> CsvTable::RequireColumns(const std::vector<std::string>& names) const {
+  std::vector<size_t> out;
+  for (const std::string& name : names) {
+    const auto column = FindColumn(name);
+    if (!column) return LineError(path_, 1, "missing column '" + name + "'");
+    out.push_back(*column);
+  }
+  return out;
+}
+
+std::string_view CsvTable::Cell(size_t row, size_t column) const {
+  return cells_[rows_[row].first_cell + column];
+}
+
+Result<double> CsvTable::Number(size_t row, size_t column) const {
+  const auto value = ParseNumber(Cell(row, column));
+  if (!value) return CellError(row, column, "a finite number");
+  return *value;
+}
+
+Result<std::vector<double>> CsvTable::Numbers(size_t row,
+                                              const std::vector<size_t>& columns) const {
+  std::vector<double> out;
+  out.reserve(columns.size());
+  for (const size_t column : columns) {
+    const auto value = ParseNumber(Cell(row, column));
+    if (!value) return CellError(row, column, "a finite number");
+    out.push_back(*value);
+  }
+  return out;
+}
+
+Result<int64_t> CsvTable::Integer(size_t row, size_t column) const {
+  const auto value = ParseInteger(Cell(row, column));
+  if (!value) return CellError(row, column, "an integer");
+  return *value;
+}
+
+Result<int64_t> CsvTable::Seconds(size_t row, size_t column) const {
+  const auto value = ParseSeconds(Cell(row, column));
+  if (!value) return CellError(row, column, "a time in seconds");
+  return *value;
+}
+
+Error CsvTable::CellError(size_t row, size_t column, const std::string& expected) const {
+  return ErrorAt(row, columns_[column] + ": expected " + expected + ", got " +
+                          QuoteForMessage(Cell(row, column)));
+}
+
+Error CsvTable::ErrorAt(size_t row, const std::string& message) const {
+  return LineError(path_, line(row), message);
+}
+
+}  // namespace tagtwist

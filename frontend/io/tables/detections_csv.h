@@ -1,0 +1,28 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "frontend/base/result.h"
+#include "frontend/io/tables/stamps.h"
+#include "frontend/types/measurements.h"
+
+namespace tagtwist {
+
+/// The rows of one stamp.
+struct StampedDetections {
+  int64_t t_ns = 0;
+  int line = 0;  // of the first row, for messages
+  std::vector<TagDetection> tags;
+};
+
+/// Reads "t,id,u1,v1,...,u4,v4" (or "timestamp" in ns): corners p1..p4 in pixels, pixel centres at
+/// integers. Rows of a stamp stand together and stamps grow; ids may repeat. Where `known_ids` has
+/// entries, another id is an error.
+Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit,
+                                                         const std::vector<int>& known_ids = {});
+
+/// The header line, and the rows of one stamp, numbers in the shortest form that reads back.
+std::string DetectionsCsvHeader(TimeUnit unit);
+std::string FormatDetections(int64_t t_ns, const std::vector<TagDetection>& tags, TimeUnit unit);
+
+}  // namespace tagtwist

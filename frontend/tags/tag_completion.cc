@@ -1,0 +1,85 @@
+#include "frontend/tags/tag_completion.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <unordered_set>
+#include <utility>
+
+#include "frontend/geometry/frame_pose.h"
+#include "frontend/tags/guided_detector.h"
+
+namespace tagtwist {
+namespace {
+
+using Matrix8d = Eigen::Matrix<double, 8, 8>;
+
+// At least so much of a corner's error is the lens's and the map's.
+constexpr double kLeastModelPx = 0.05;
+
+// The pose as the agreeing tags say it; nullopt where they do not fix it.
+std::optional<PosePrediction> Predict(const Pose& world_from_cam, const PoseSeed& seed,
+                                      const std::vector<TagDetection>& tags, const TagMap& map,
+                                      const GuidedDetector& guided) {
+  PosePrediction out;
+  out.world_from_body = world_from_cam;
+  out.corner_sigma_px = std::max(kLeastModelPx, seed.rms_px);
+  PoseCovariance information = PoseCovariance::Zero();
+  for (size_t i = 0; i < tags.size(); ++i) {
+    if (!seed.tag_inlier[i]) continue;
+    const auto expected = guided.Expect(*map.Find(tags[i].id), out);
+    if (!expected) continue;
+    Matrix8d noise = tags[i].covariance.value_or(Matrix8d::Zero());
+    noise.diagonal().array() += out.corner_sigma_px * out.corner_sigma_px;
+    information += expected->d_corners.transpose() * noise.llt().solve(expected->d_corners);
+  }
+  const Eigen::LLT<PoseCovariance> factor(information);
+  if (factor.info() != Eigen::Success) return std::nullopt;
+  out.covariance = factor.solve(PoseCovariance::Identity());
+  return out;
+}
+
+// Those found anew, and the others; by id.
+std::vector<TagDetection> Merged(std::vector<TagDetection> fresh,
+                                 const std::vector<TagDetection>& detected) {
+  std::unordered_set<int> is_fresh;
+  for (const TagDetection& tag : fresh) is_fresh.insert(tag.id);
+  std::copy_if(detected.begin(), detected.end(), std::back_inserter(fresh),
+               [&](const TagDetection& tag) { return is_fresh.count(tag.id) == 0; });
+  std::sort(fresh.begin(), fresh.end(),
+            [](const TagDetection& a, const TagDetection& b) { return a.id < b.id; });
+  return fresh;
+}
+
+}  // namespace
+
+std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner& refiner,
+                                       const TagMap& map, const Camera& camera, double border_px,
+                                       const std::vector<TagDetection>& detected) {
+  const PoseSeed seed = SeedPose(detected, map, camera, Pose());
+  if (seed.status != PoseSeedStatus::kOk) return detected;
+  std::unordered_set<int> known;
+  for (const TagDetection& tag : detected) {
+    if (!CornerRefiner::IsUnrefined(tag)) known.insert(tag.id);
+  }
+  std::vector<Tag> missed;
+  std::copy_if(map.tags().begin(), map.tags().end(), std::back_inserter(missed),
+               [&](const Tag& tag) { return known.count(tag.id) == 0; });
+  if (missed.empty()) return detected;
+  const TagMap map_of_missed(map.family(), std::move(missed));
+  const GuidedDetector anywhere(camera, Pose(), map, border_px);
+  std::vector<Pose> poses = seed.alternatives;
+  poses.insert(poses.begin(), seed.world_from_body);
+  std::vector<TagDetection> fresh;
+  for (const Pose& pose : poses) {
+    const auto prediction = Predict(pose, seed, detected, map, anywhere);
+    if (!prediction) continue;
+    GuidedDetector guided(camera, Pose(), map_of_missed, border_px);
+    std::vector<TagDetection> found = guided.Find(gray, refiner, *prediction).found;
+    if (found.size() > fresh.size()) fresh = std::move(found);
+  }
+  return Merged(std::move(fresh), detected);
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,69 @@
+#include "estimator/jobs/on_threads.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core/utility.hpp>
+#include <vector>
+
+#include "estimator/batch/batch.h"
+#include "tests/support/exact_model.h"
+
+namespace tagtwist {
+namespace {
+
+TEST(OnOpenCvThreads, CoverEveryIndexOnce) {
+  for (const int threads : {1, 2, 5}) {
+    const OpenCvThreads these(threads);
+    for (const size_t count : {0, 1, 3, 1000}) {
+      std::vector<int> visits(count, 0);
+      OnOpenCvThreads(threads)(count, [&](size_t first, size_t last) {
+        EXPECT_LT(first, last);
+        for (size_t i = first; i < last; ++i) ++visits[i];
+      });
+      EXPECT_EQ(visits, std::vector<int>(count, 1)) << threads;
+    }
+  }
+}
+
+TEST(OpenCvThreads, AreAsBeforeAfterwards) {
+  const int before = cv::getNumThreads();
+  {
+    const OpenCvThreads one(1);
+    EXPECT_EQ(cv::getNumThreads(), 1);
+    const OpenCvThreads many(1000);  // TBB would complain
+    EXPECT_LT(cv::getNumThreads(), 1000);
+  }
+  EXPECT_EQ(cv::getNumThreads(), before);
+}
+
+// Ranges of three from the end on: whatever depends on order or on where ranges end shows.
+void BackwardsByThree(size_t count, const std::function<void(size_t, size_t)>& work) {
+  for (size_t last = count; last > 0;) {
+    const size_t first = last > 3 ? last - 3 : 0;
+    work(first, last);
+    last = first;
+  }
+}
+
+TEST(ForRanges, HowABatchIsSplitChangesNoBit) {
+  EstimatorSetup setup = CourseSetup();
+  const auto flight = DrawFlight(ModelUnder(WhiteNoiseOn::kJerk, 5));
+  const auto whole = RunBatch(setup, flight.measurements);
+  setup.for_ranges = BackwardsByThree;
+  const auto split = RunBatch(setup, flight.measurements);
+  ASSERT_TRUE(whole && split);
+  EXPECT_EQ(whole->noise.corner_sigma_px, split->noise.corner_sigma_px);
+  EXPECT_EQ(whole->noise.linear.psd, split->noise.linear.psd);
+  EXPECT_EQ(whole->reprojection_px, split->reprojection_px);
+  ASSERT_EQ(whole->frames.size(), split->frames.size());
+  for (size_t i = 0; i < whole->frames.size(); ++i) {
+    const FrameEstimate &a = whole->frames[i], &b = split->frames[i];
+    EXPECT_EQ(a.state.world_from_body.params, b.state.world_from_body.params) << i;
+    EXPECT_EQ(a.state.twist.v_world, b.state.twist.v_world) << i;
+    EXPECT_EQ(a.covariance, b.covariance) << i;
+    EXPECT_EQ(a.pose_bound, b.pose_bound) << i;
+  }
+}
+
+}  // namespace
+}  // namespace tagtwist

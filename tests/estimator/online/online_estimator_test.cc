@@ -1,0 +1,86 @@
+// Frames in, states out: what a program of one's own sees.
+#include "estimator/online/online_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include "estimator/online/online.h"
+#include "tests/support/flight_scene.h"
+
+namespace tagtwist {
+namespace {
+
+constexpr int kFrames = 12;
+
+RenderedFlight Flight(bool images) {
+  SimulatorOptions options;
+  options.images = images;
+  return MakeRenderedFlight("figure8", MakeTagMap(TagGrid()), options);
+}
+
+double ErrorM(const FrameEstimate& estimate, const SimulatedFrame& frame) {
+  return (estimate.state.world_from_body.translation() - frame.truth.world_from_body.translation())
+      .norm();
+}
+
+TEST(OnlineEstimator, ImagesBecomeStates) {
+  const RenderedFlight flight = Flight(true);
+  auto estimator = OnlineEstimator::Create(DefaultConfig());
+  ASSERT_TRUE(estimator);
+  size_t n_lagged = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    const SimulatedFrame frame = flight.simulator.MakeFrame(i, flight.StampAt(0.02 * i));
+    const auto output = estimator->AddImage(frame.t_ns, frame.image);
+    ASSERT_TRUE(output);
+    EXPECT_EQ(output->current.t_ns, frame.t_ns);
+    EXPECT_GE(output->current.n_tags, 8);
+    EXPECT_LT(ErrorM(output->current, frame), 1e-3);
+    n_lagged += output->lagged.size();
+  }
+  EXPECT_TRUE(PredictPose(estimator->window(), flight.StampAt(0.02 * kFrames)));
+  EXPECT_EQ(n_lagged + estimator->Finish().size(), kFrames);
+}
+
+TEST(OnlineEstimator, DetectionsAreFilteredAndImagesBesideThemGiveTracks) {
+  const RenderedFlight flight = Flight(true);
+  Config config = DefaultConfig();
+  config.front_end.detector.refine_pattern = false;  // tracks whatever the number of tags
+  auto estimator = OnlineEstimator::Create(config);
+  ASSERT_TRUE(estimator);
+  for (int i = 0; i < 4; ++i) {
+    SimulatedFrame frame = flight.simulator.MakeFrame(i, flight.StampAt(0.02 * i));
+    const size_t n_tags = frame.detections.size();
+    TagDetection stranger = frame.detections.front();
+    stranger.id = 500;
+    frame.detections.push_back(stranger);
+    const auto output =
+        estimator->AddTags(frame.t_ns, frame.detections, i == 3 ? cv::Mat() : frame.image);
+    ASSERT_TRUE(output);
+    EXPECT_EQ(output->current.n_tags, n_tags);
+    EXPECT_EQ(output->current.n_tracks > 0, i < 3) << i;
+    EXPECT_LT(ErrorM(output->current, frame), 5e-3);
+  }
+}
+
+TEST(OnlineEstimator, RefusesWhatCannotBeAndGoesOn) {
+  const RenderedFlight flight = Flight(false);
+  Config config = DefaultConfig();
+  auto estimator = OnlineEstimator::Create(config);
+  ASSERT_TRUE(estimator);
+  const cv::Mat small(100, 100, CV_8U, cv::Scalar(0));
+  const auto refused = estimator->AddImage(5, small);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "the image has 100 x 100 px, the configured camera 376 x 240");
+  const SimulatedFrame frame = flight.simulator.MakeFrame(0, flight.StampAt(0.1));
+  ASSERT_TRUE(estimator->AddTags(frame.t_ns, frame.detections));
+  const auto late = estimator->AddTags(frame.t_ns, frame.detections);
+  ASSERT_FALSE(late);
+  const std::string stamp = std::to_string(frame.t_ns);
+  EXPECT_EQ(late.error().message, "stamps must grow: " + stamp + " ns follows " + stamp + " ns");
+  EXPECT_TRUE(estimator->AddTags(frame.t_ns + 20'000'000, frame.detections));
+
+  config.map = TagMap("tag99h99", config.map.tags());
+  EXPECT_FALSE(OnlineEstimator::Create(config));
+}
+
+}  // namespace
+}  // namespace tagtwist

@@ -1,0 +1,183 @@
+#include "estimator/report/findings/findings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimator/batch/batch.h"
+#include "tests/support/calibration_flight.h"
+
+namespace tagtwist {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// A flight by a set-up that is exactly as configured.
+CalibrationFlight FlightAsConfigured(unsigned seed = 1, int frames = 250) {
+  CalibrationFlightOptions options;
+  options.errors = false;
+  options.tag_position_sigma_m = options.tag_rotation_sigma_rad = 0;
+  options.truth_position_sigma_m = options.truth_rotation_sigma_rad = 0;
+  options.frames = frames;
+  options.seed = seed;
+  return DrawCalibrationFlight(options);
+}
+
+Estimate EstimateOf(const CalibrationFlight& flight) {
+  const Config& c = flight.config;
+  auto run = RunBatch(MakeEstimatorSetup(c.camera, c.cam_from_body, c.map, c.estimator),
+                      flight.measurements);
+  Estimate out;
+  out.mode = "batch";
+  if (!run) {
+    ADD_FAILURE() << run.error().message;
+    return out;
+  }
+  out.frames = std::move(run->frames);
+  out.noise = run->noise;
+  out.reprojection_px = std::move(run->reprojection_px);
+  out.reprojection = std::move(run->reprojection);
+  return out;
+}
+
+std::string TextOf(const std::vector<Finding>& findings) {
+  std::string out;
+  for (const Finding& finding : findings) out += finding.fact + "\n";
+  return out;
+}
+
+std::string FindingsOf(const CalibrationFlight& flight) {
+  return TextOf(Findings(EstimateOf(flight), flight.config.map, flight.ground_truth));
+}
+
+// The first flight and its estimate: what a test changes is a copy.
+struct Case {
+  CalibrationFlight flight = FlightAsConfigured();
+  Estimate estimate = EstimateOf(flight);
+  std::string Text() const {
+    return TextOf(Findings(estimate, flight.config.map, flight.ground_truth));
+  }
+};
+
+Case RunAsConfigured() {
+  static const Case* const run = new Case();
+  return *run;
+}
+
+TEST(Findings, ASetUpAsConfiguredIsNotAccused) {
+  EXPECT_EQ(RunAsConfigured().Text(), "");
+  EXPECT_EQ(FindingsOf(FlightAsConfigured(2)), "");
+}
+
+TEST(Findings, NamesTheLens) {
+  CalibrationFlight flight = FlightAsConfigured();
+  flight.config.camera.k1 = 0.03;
+  EXPECT_THAT(FindingsOf(flight), HasSubstr("the lens calibration is off"));
+}
+
+TEST(Findings, NamesATagThatMovedTooLittleToBeLeftOut) {
+  CalibrationFlight flight = FlightAsConfigured(1, 400);
+  std::vector<Tag> tags = flight.config.map.tags();
+  const size_t moved = tags.size() / 2 + 1;
+  Pose& place = tags[moved].world_from_tag;
+  place = MakePose(place.rotation(), place.translation() + Eigen::Vector3d(0.0012, 0, 0));
+  flight.config.map = TagMap(flight.config.map.family(), tags);
+  const std::string text = FindingsOf(flight);
+  EXPECT_THAT(text, HasSubstr("Tag " + std::to_string(tags[moved].id) +
+                              " has moved or is mapped wrongly: it lies 1."));
+  EXPECT_THAT(text, Not(HasSubstr("lens")));
+}
+
+TEST(Findings, NamesNoiseThatTheErrorsBelie) {
+  Case run = RunAsConfigured();
+  run.estimate.noise.corner_is_given = true;
+  EXPECT_EQ(run.Text(), "");
+  run.estimate.noise.corner_sigma_px = 0.08;
+  EXPECT_THAT(run.Text(), HasSubstr("the covariances promise too much"));
+  run.estimate.noise.corner_sigma_px = 1.5;
+  EXPECT_THAT(run.Text(), HasSubstr("too cautious"));
+}
+
+TEST(Findings, NamesFramesWithFewTagsAndWhatTheyCost) {
+  Case run = RunAsConfigured();
+  for (size_t i = 100; i < 110; ++i) {
+    run.estimate.frames[i].n_tags = i < 105 ? 1 : 0;
+    run.estimate.frames[i].covariance *= 100;
+  }
+  EXPECT_THAT(run.Text(),
+              HasSubstr("4.0 % of frames (10 of 250) saw fewer than 2 tags, at 4.00 to 4.36 s; 5 "
+                        "of them saw none; position is known to "));
+  EXPECT_THAT(run.Text(), HasSubstr("at 4.00 to 4.36 s, where 0 to 1 tags were in use."));
+}
+
+TEST(Findings, NamesFramesWithoutAState) {
+  Case run = RunAsConfigured();
+  for (size_t i = 0; i < 5; ++i) run.estimate.frames[i].status = FrameStatus::kNoFix;
+  EXPECT_THAT(run.Text(),
+              HasSubstr("2.0 % of frames (5 of 250) have no state, at 0.00 to 0.16 s."));
+}
+
+TEST(Findings, NamesMissingFrames) {
+  Case run = RunAsConfigured();
+  auto& frames = run.estimate.frames;
+  frames.erase(frames.begin() + 200, frames.begin() + 203);
+  EXPECT_EQ(run.Text(),
+            "About 3 frames are missing, in gaps of more than 1.6 times the median interval of "
+            "40.0 ms (1 of them); the longest is 0.16 s, from 7.96 s on.\n");
+}
+
+TEST(Findings, NamesRestlessStampsOfAWindow) {
+  Case run = RunAsConfigured();
+  auto& frames = run.estimate.frames;
+  for (size_t i = 0; i < frames.size(); ++i) frames[i].t_ns += i % 2 == 0 ? 4'000'000 : -4'000'000;
+  run.flight.ground_truth.clear();
+  EXPECT_EQ(run.Text(), "") << "batch finds out by itself";
+  run.estimate.mode = "sliding_window";
+  EXPECT_THAT(run.Text(),
+              HasSubstr("Stamps are restless: 5.66 ms RMS around an interval of 40.0 ms."));
+}
+
+TEST(Findings, NamesAClockThatIsLate) {
+  Case run = RunAsConfigured();
+  for (TruthSample& sample : run.flight.ground_truth) sample.t_ns += 15'000'000;
+  EXPECT_THAT(run.Text(), HasSubstr("as if truth's clock were about 15 ms late"));
+  EXPECT_THAT(run.Text(), HasSubstr("NEES is "));
+}
+
+TEST(Findings, NamesAConstantOffset) {
+  Case run = RunAsConfigured();
+  for (TruthSample& sample : run.flight.ground_truth) {
+    sample.world_from_body =
+        MakePose(sample.world_from_body.rotation(),
+                 sample.world_from_body.translation() - Eigen::Vector3d(0.01, 0, -0.005));
+  }
+  EXPECT_THAT(run.Text(),
+              testing::ContainsRegex("Position is off by a constant \\((9.[89]|10.[01])"));
+}
+
+TEST(Findings, NamesAnOutlyingStretch) {
+  Case run = RunAsConfigured();
+  for (TruthSample& sample : run.flight.ground_truth) {
+    const double t_s = ToSeconds(sample.t_ns - run.flight.measurements.front().t_ns);
+    if (t_s < 6 || t_s > 6.5) continue;
+    sample.world_from_body.params(6) += 0.05;
+  }
+  EXPECT_THAT(run.Text(), HasSubstr("Position lies far from truth at 6.00 to 6.48 s"));
+}
+
+TEST(Findings, OfNothingAreNone) {
+  EXPECT_TRUE(Findings(Estimate(), TagMap(), {}).empty());
+  EXPECT_EQ(CertaintyText(Estimate()), "");
+}
+
+TEST(Findings, StretchesAreTheLongestInOrderOfTime) {
+  std::vector<double> t_s;
+  for (int i = 0; i < 20; ++i) t_s.push_back(0.5 * i);
+  std::vector<bool> flags(20, false);
+  for (const size_t i : {0, 2, 3, 4, 7, 8, 12, 13, 14, 15, 19}) flags[i] = true;
+  EXPECT_EQ(StretchesText(t_s, flags),
+            "1.00 to 2.00 s, 3.50 to 4.00 s, 6.00 to 7.50 s and 2 other times");
+}
+
+}  // namespace
+}  // namespace tagtwist

@@ -1,0 +1,39 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "frontend/io/recordings/dataset_writer.h"
+
+namespace tagtwist {
+
+/// What a program did.
+struct ProgramRun {
+  int status = -1;  // exit status, or -1 when a signal ended it
+  std::string out, err;
+};
+
+/// Runs a built program ("tagtwist_estimate") in `folder`. A sanitizer's report would be status 99.
+/// `interrupt_when` is asked while it runs; when it says true the program gets a Ctrl-C.
+ProgramRun RunProgram(const std::string& folder, const std::string& program,
+                      const std::vector<std::string>& arguments,
+                      const std::function<bool()>& interrupt_when = {});
+
+/// True when the text is exactly one line, ended.
+bool IsOneLine(const std::string& text);
+
+/// A recording of six frames over the course's mat, at t = 0, 0.02, ..., 0.1 s, with ground truth
+/// and IMU; the images are rendered plainly, or left out. Written at folder/name.
+std::string MakeRecording(const std::string& folder, const std::string& name, DatasetFormat format,
+                          bool images);
+
+/// Line `number` (from 1) of a file replaced; number past the end appends.
+void ReplaceLine(const std::string& path, size_t number, const std::string& line);
+/// The first `bytes` bytes of a file are kept; a negative number counts from the end.
+void Truncate(const std::string& path, long bytes);
+/// 4096 bytes of no meaning, the same at every call.
+std::string Garbage();
+/// Paths of everything below a folder, relative to it, hidden files included, sorted.
+std::vector<std::string> ListTree(const std::string& folder);
+
+}  // namespace tagtwist

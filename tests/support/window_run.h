@@ -1,0 +1,17 @@
+#pragma once
+#include <vector>
+
+#include "estimator/window/sliding_window.h"
+
+namespace tagtwist {
+
+/// What a window says of a recording: each frame once at its arrival, and once at the lag.
+struct WindowRun {
+  std::vector<FrameEstimate> current, lagged;
+};
+
+/// Fails the test where the window does.
+WindowRun RunWindow(const EstimatorSetup& setup,
+                    const std::vector<FrameMeasurements>& measurements);
+
+}  // namespace tagtwist
