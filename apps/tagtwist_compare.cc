@@ -3,6 +3,8 @@
 
 #include <iostream>
 
+#include "apps/support/clean_end.h"
+#include "apps/support/guarded_main.h"
 #include "apps/support/usage.h"
 #include "estimator/report/html/comparison_report.h"
 #include "frontend/base/atomic_file.h"
@@ -109,16 +111,21 @@ Status Run(const std::vector<std::string>& paths, const EvaluationOptions& optio
   return Ok();
 }
 
+int Main(int argc, char** argv, const Usage& usage) {
+  const auto paths = ParseFlagsOrExit2(argc, argv, usage);
+  if (paths.empty()) return Fail(usage, "expected an output folder or a file", 2);
+  const auto options = OptionsFromFlags();
+  if (!options) return Fail(usage, options.error().message, 2);
+  const CleanEnd end(usage, {{FLAGS_json, FLAGS_html}, ""});
+  const auto done = Run(paths, *options);
+  return done ? 0 : Fail(usage, done.error().message);
+}
+
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
   const tagtwist::Usage usage = tagtwist::CompareUsage();
-  const auto paths = tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  if (paths.empty()) return tagtwist::Fail(usage, "expected an output folder or a file", 2);
-  const auto options = tagtwist::OptionsFromFlags();
-  if (!options) return tagtwist::Fail(usage, options.error().message, 2);
-  const auto done = tagtwist::Run(paths, *options);
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
 }

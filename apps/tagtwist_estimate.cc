@@ -8,8 +8,9 @@
 #include <optional>
 
 #include "apps/estimate/estimate_flags.h"
-#include "apps/estimate/interrupt.h"
 #include "apps/estimate/state_stream.h"
+#include "apps/support/clean_end.h"
+#include "apps/support/guarded_main.h"
 #include "estimator/calibration/gyro_alignment.h"
 #include "estimator/jobs/calibrate_recording.h"
 #include "estimator/jobs/map_recording.h"
@@ -88,11 +89,11 @@ Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Con
 }
 
 // Puts the feed in the source's place.
-LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source,
-                   RunOptions* options) {
+LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, RunOptions* options,
+                   CleanEnd* end) {
   LiveFeed::Options feed_options;
   feed_options.paced = job.realtime;
-  feed_options.stop = CatchInterrupts();
+  feed_options.stop = end->AskFirst();
   auto made = std::make_unique<LiveFeed>(std::move(*source), feed_options);
   LiveFeed* const feed = made.get();
   *source = std::move(made);
@@ -165,7 +166,7 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
 
 // Everything between the flags and the last line printed. --tracks is of this run alone: what a
 // calibration writes goes on with what the configuration said.
-Status Run(const EstimateJob& job, Config config, bool configured_tracks) {
+Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanEnd* end) {
   const Stopwatch watch;
   auto kept = CheckInputsAreKept(job);
   if (!kept) return kept.error();
@@ -187,7 +188,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks) {
   const bool is_live = job.realtime || IsCamera(job.dataset);
   RunOptions options = job.run;
   LiveFeed* feed = nullptr;
-  if (is_live) feed = MakeLive(job, &*source, &options);
+  if (is_live) feed = MakeLive(job, &*source, &options, end);
   auto truth = TruthOf(job, **source);
   if (!truth) return truth.error();
   context.truth = std::move(*truth);
@@ -230,24 +231,29 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks) {
   return job.overlay.empty() ? Ok() : WriteOverlayOf(job, config, *estimate);
 }
 
+int Main(int argc, char** argv, const Usage& usage) {
+  ParseFlagsOrExit2(argc, argv, usage);
+  const auto job = EstimateJobFromFlags();
+  if (!job) return Fail(usage, job.error().message, 2);
+  CleanEnd end(usage, {{job->overlay}, job->output});
+  cv::setNumThreads(1);  // the frames are spread over threads here
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // quiet: faults are told in one line, by us
+  auto config = LoadConfig(job->config);
+  if (!config) return Fail(usage, config.error().message);
+  const bool configured_tracks = config->estimator.use_tracks;
+  if (const auto overridden = OverrideOptions(&config->estimator); !overridden) {
+    return Fail(usage, overridden.error().message, 2);
+  }
+  const auto done = Run(*job, *config, configured_tracks, &end);
+  return done ? 0 : Fail(usage, done.error().message);
+}
+
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
   const tagtwist::Usage usage = tagtwist::EstimateUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  const auto job = tagtwist::EstimateJobFromFlags();
-  if (!job) return tagtwist::Fail(usage, job.error().message, 2);
-  cv::setNumThreads(1);  // the frames are spread over threads here
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // quiet: faults are told in one line, by us
-  auto config = tagtwist::LoadConfig(job->config);
-  if (!config) return tagtwist::Fail(usage, config.error().message);
-  const bool configured_tracks = config->estimator.use_tracks;
-  if (const auto overridden = tagtwist::OverrideOptions(&config->estimator); !overridden) {
-    return tagtwist::Fail(usage, overridden.error().message, 2);
-  }
-  const auto done = tagtwist::Run(*job, *config, configured_tracks);
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
 }

@@ -3,6 +3,8 @@
 
 #include <iostream>
 
+#include "apps/support/clean_end.h"
+#include "apps/support/guarded_main.h"
 #include "apps/support/usage.h"
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/map_recording.h"
@@ -116,15 +118,20 @@ Status Run() {
   return WriteFileAtomically(FLAGS_render, *svg);
 }
 
+int Main(int argc, char** argv, const Usage& usage) {
+  ParseFlagsOrExit2(argc, argv, usage);
+  const std::string wrong = WrongFlags();
+  if (!wrong.empty()) return Fail(usage, wrong, 2);
+  const CleanEnd end(usage, {{FLAGS_render, FLAGS_output}, ""});
+  const auto done = Run();
+  return done ? 0 : Fail(usage, done.error().message);
+}
+
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
   const tagtwist::Usage usage = tagtwist::MapUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  const std::string wrong = tagtwist::WrongFlags();
-  if (!wrong.empty()) return tagtwist::Fail(usage, wrong, 2);
-  const auto done = tagtwist::Run();
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
 }

@@ -5,6 +5,8 @@
 #include <memory>
 
 #include "apps/simulate/simulate_flags.h"
+#include "apps/support/clean_end.h"
+#include "apps/support/guarded_main.h"
 #include "estimator/online/config.h"
 #include "frontend/base/run_files.h"
 
@@ -52,15 +54,20 @@ Status Simulate(const SimulateJob& job) {
   return Ok();
 }
 
+int Main(int argc, char** argv, const Usage& usage) {
+  ParseFlagsOrExit2(argc, argv, usage);
+  const auto job = SimulateJobFromFlags();
+  if (!job) return Fail(usage, job.error().message, 2);
+  const CleanEnd end(usage, {{job->output}, ""});
+  const auto done = Simulate(*job);
+  return done ? 0 : Fail(usage, done.error().message);
+}
+
 }  // namespace
 }  // namespace tagtwist
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
   const tagtwist::Usage usage = tagtwist::SimulateUsage();
-  tagtwist::ParseFlagsOrExit2(argc, argv, usage);
-  const auto job = tagtwist::SimulateJobFromFlags();
-  if (!job) return tagtwist::Fail(usage, job.error().message, 2);
-  const auto done = tagtwist::Simulate(*job);
-  return done ? 0 : tagtwist::Fail(usage, done.error().message);
+  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
 }

@@ -101,7 +101,10 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv, const Usag
 std::vector<std::string> ParseFlagsOrExit2(int argc, char** argv, const Usage& usage) {
   ParsedCommandLine parsed = ParseCommandLine(argc, argv, usage);
   if (parsed.exit_status) {
-    (*parsed.exit_status == 0 ? std::cout : std::cerr) << parsed.text << std::flush;
+    std::ostream& out = *parsed.exit_status == 0 ? std::cout : std::cerr;
+    if (!(out << parsed.text << std::flush)) {
+      parsed.exit_status = Fail(usage, "standard output: cannot write");
+    }
     std::exit(*parsed.exit_status);  // NOLINT(concurrency-mt-unsafe): before any thread
   }
   return parsed.arguments;

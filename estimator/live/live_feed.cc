@@ -1,12 +1,25 @@
 #include "estimator/live/live_feed.h"
 
 #include <chrono>
+#include <exception>
+#include <new>
 #include <utility>
 
 namespace tagtwist {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience(20);  // between looks at Options::stop
+
+// What a source throws would end the process here, in a thread of its own.
+Result<std::optional<Frame>> NextOf(DataSource* source) {
+  try {
+    return source->Next();
+  } catch (const std::bad_alloc&) {
+    return Error{"out of memory"};
+  } catch (const std::exception& fault) {
+    return Error{std::string("cannot read on: ") + fault.what()};
+  }
+}
 
 }  // namespace
 
@@ -30,7 +43,7 @@ LiveFeed::~LiveFeed() {
 
 void LiveFeed::Capture() {
   for (bool first = true;; first = false) {
-    Taken taken = source_->Next();
+    Taken taken = NextOf(source_.get());
     const bool ended = !taken || !*taken;
     if (!ended && options_.paced) {
       const int64_t t_ns = (*taken)->t_ns;

@@ -10,11 +10,4 @@ namespace tagtwist {
 /// "out/states.csv: cannot write: No space left on device".
 Status WriteFileAtomically(const std::string& path, const std::string& content);
 
-/// All bytes of a file. "x.csv: cannot open: No such file or directory".
-Result<std::string> ReadWholeFile(const std::string& path);
-
-/// A free name beside `path`, for something that takes its place when it is whole:
-/// "dir/.name.partial-PID" (hidden, so that no listing of data shows it).
-std::string PartialNeighbour(const std::string& path);
-
 }  // namespace tagtwist

@@ -1,19 +1,35 @@
 #include "frontend/base/file_set.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <system_error>
 #include <utility>
 
 #include "frontend/base/atomic_file.h"
+#include "frontend/base/input_file.h"
 
 namespace tagtwist {
 namespace {
 
 namespace fs = std::filesystem;
 
+// A set that is being put in its place: from the moment that it has this name it is to be finished,
+// by whoever comes next if its own process was ended.
+constexpr const char* kCommit = ".results.commit";
+constexpr const char* kPlan = ".plan";          // in it: what is put where, what goes
+constexpr const char* kReplaced = ".replaced";  // in it: what was there before
+
+Error CannotWrite(const std::string& path, const std::string& reason) {
+  return Error{path + ": cannot write: " + reason};
+}
+
 Error CannotWrite(const std::string& path, const std::error_code& reason) {
-  return Error{path + ": cannot write: " + reason.message()};
+  return CannotWrite(path, reason.message());
 }
 
 std::string WithoutTrailingSlash(const std::string& folder) {
@@ -51,6 +67,14 @@ Status MakeFolders(const std::vector<std::string>& outermost_first) {
   return Ok();
 }
 
+// A file or folder on its way to the disk, as far as the system can tell.
+void Flush(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
 // A rename that can be taken back.
 struct Move {
   fs::path from, to;
@@ -59,6 +83,86 @@ struct Move {
 void Undo(const std::vector<Move>& moves) {
   std::error_code ignored;
   for (auto it = moves.rbegin(); it != moves.rend(); ++it) fs::rename(it->to, it->from, ignored);
+}
+
+// One line a file: "put states.csv", "remove map.yaml".
+struct Plan {
+  std::vector<std::string> put, remove;
+};
+
+std::string FormatPlan(const Plan& plan) {
+  std::string out;
+  for (const std::string& name : plan.put) out += "put " + name + "\n";
+  for (const std::string& name : plan.remove) out += "remove " + name + "\n";
+  return out;
+}
+
+Plan ParsePlan(const std::string& text) {
+  Plan out;
+  std::istringstream lines(text);
+  for (std::string verb, name; lines >> verb && std::getline(lines >> std::ws, name);) {
+    if (name.find('/') != std::string::npos || name == "." || name == "..") continue;
+    if (verb == "put") out.put.push_back(name);
+    if (verb == "remove") out.remove.push_back(name);
+  }
+  return out;
+}
+
+// Puts in place what an ended process had begun to. Told where something could not be.
+Status Finish(const fs::path& folder) {
+  const fs::path commit = folder / kCommit;
+  const auto text = ReadWholeFile((commit / kPlan).string());
+  if (!text) {
+    return CannotWrite(folder.string(), commit.string() + " lacks its plan: remove it");
+  }
+  const Plan plan = ParsePlan(*text);
+  for (const std::string& name : plan.put) {
+    std::error_code ignored, failure;
+    if (!fs::exists(fs::symlink_status(commit / name, ignored))) continue;  // is there already
+    fs::rename(commit / name, folder / name, failure);
+    if (failure) return CannotWrite((folder / name).string(), failure);
+  }
+  std::error_code ignored;
+  for (const std::string& name : plan.remove) fs::remove(folder / name, ignored);
+  Flush(folder.string());
+  // It does not count any more before it goes, file by file.
+  const fs::path done = PartialName((folder / "results").string(), ::getpid()) + "-done";
+  fs::rename(commit, done, ignored);
+  fs::remove_all(done, ignored);
+  return Ok();
+}
+
+// True when nobody is at work on it, and then for as long as the lock lives.
+class CommitLock {
+ public:
+  explicit CommitLock(const fs::path& folder)
+      : descriptor_(
+            ::open((folder / kCommit).c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {}
+  ~CommitLock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  CommitLock(const CommitLock&) = delete;
+  CommitLock& operator=(const CommitLock&) = delete;
+  bool is_there() const { return descriptor_ >= 0; }
+  bool Take() const { return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0; }
+
+ private:
+  int descriptor_;
+};
+
+// Waits for another run's commit; finishes one whose run was ended. True where there was one such.
+Result<bool> FinishOther(const fs::path& folder) {
+  constexpr int kMostWaits = 500;
+  for (int i = 0; i < kMostWaits; ++i) {
+    const CommitLock lock(folder);
+    if (!lock.is_there()) return false;
+    if (lock.Take()) {
+      if (const auto finished = Finish(folder); !finished) return finished.error();
+      return true;
+    }
+    ::usleep(10'000);
+  }
+  return CannotWrite(folder.string(), "another run is at work on it");
 }
 
 }  // namespace
@@ -71,44 +175,67 @@ Status CheckOutputFolder(const std::string& folder) {
   }
   const std::vector<std::string> missing = MissingFolders(path);
   if (auto made = MakeFolders(missing); !made) return made;
-  const std::string probe = PartialNeighbour(path + "/probe");
-  std::error_code failure;
-  fs::create_directory(probe, failure);
-  fs::remove(probe, ignored);
+  Status out = Ok();
+  {
+    const auto probe = Partial::Make(path + "/results", Partial::Kind::kFolder);
+    if (!probe) out = Error{folder + probe.error().message.substr(path.size() + 8)};
+  }
   RemoveFolders(missing);
-  if (failure) return CannotWrite(folder, failure);
-  return Ok();
+  return out;
 }
 
-FileSet::FileSet(std::string folder) : folder_(std::move(folder)) {}
+Result<std::vector<std::string>> RecoverFileSet(const std::string& folder) {
+  const std::string path = WithoutTrailingSlash(folder);
+  std::vector<std::string> out;
+  const auto finished = FinishOther(path);
+  if (!finished) return finished.error();
+  if (*finished) {
+    out.push_back(folder + ": a run was ended while it put its results there: finished now");
+  }
+  for (const std::string& target : {path, path + "/results"}) {
+    for (const std::string& left : RemoveLeftovers(target)) {
+      out.push_back(left + ": left by a run that was ended: removed");
+    }
+  }
+  return out;
+}
+
+bool IsFileSetWhole(const std::string& folder) {
+  std::error_code ignored;
+  return !fs::exists(fs::path(folder) / kCommit, ignored);
+}
+
+FileSet::FileSet(std::string folder, bool folder_existed, Partial partial)
+    : folder_(std::move(folder)), folder_existed_(folder_existed), partial_(std::move(partial)) {}
 
 Result<std::unique_ptr<FileSet>> FileSet::Begin(const std::string& folder) {
   if (auto possible = CheckOutputFolder(folder); !possible) return possible.error();
-  std::unique_ptr<FileSet> set(new FileSet(WithoutTrailingSlash(folder)));
+  const std::string path = WithoutTrailingSlash(folder);
   std::error_code ignored;
-  set->folder_existed_ = fs::exists(set->folder_, ignored);
-  if (!set->folder_existed_) {
-    std::vector<std::string> missing = MissingFolders(set->folder_);
+  const bool existed = fs::exists(path, ignored);
+  std::vector<std::string> missing;
+  if (!existed) {
+    missing = MissingFolders(path);
     missing.pop_back();  // the folder itself appears at Commit
     if (auto made = MakeFolders(missing); !made) return made.error();
-    set->made_parents_ = std::move(missing);
   }
-  set->partial_ = PartialNeighbour(set->folder_existed_ ? set->folder_ + "/results" : set->folder_);
-  if (auto made = MakeFolders({set->partial_}); !made) {
-    RemoveFolders(set->made_parents_);
-    return made.error();
+  auto partial = Partial::Make(existed ? path + "/results" : path, Partial::Kind::kFolder);
+  if (!partial) {
+    RemoveFolders(missing);
+    return partial.error();
   }
+  std::unique_ptr<FileSet> set(new FileSet(path, existed, std::move(*partial)));
+  set->made_parents_ = std::move(missing);
   return set;
 }
 
 FileSet::~FileSet() {
-  std::error_code ignored;
-  fs::remove_all(partial_, ignored);
+  { const Partial gone = std::move(partial_); }
   if (!committed_) RemoveFolders(made_parents_);
 }
 
 Status FileSet::Add(const std::string& name, const std::string& content) {
-  const std::string target = partial_ + "/" + name;
+  const std::string target = partial_.path() + "/" + name;
   if (const auto written = WriteFileAtomically(target, content); !written) {
     // The partial folder is ours alone to know of: name the file by where it would have been.
     return Error{folder_ + "/" + name + written.error().message.substr(target.size())};
@@ -118,32 +245,81 @@ Status FileSet::Add(const std::string& name, const std::string& content) {
 }
 
 Status FileSet::Commit(const std::vector<std::string>& obsolete) {
+  for (const std::string& name : names_) Flush(partial_.path() + "/" + name);
   if (folder_existed_) return CommitIntoFolder(obsolete);
-  std::error_code failure;
-  fs::rename(partial_, folder_, failure);
-  if (failure) return CannotWrite(folder_, failure);
+  Flush(partial_.path());
+  if (const int failure = partial_.PutAt(folder_); failure != 0) {
+    return CannotWrite(folder_, std::generic_category().message(failure));
+  }
+  Flush(fs::path(folder_).parent_path().empty() ? "." : fs::path(folder_).parent_path().string());
   committed_ = true;
   return Ok();
 }
 
-Status FileSet::CommitIntoFolder(const std::vector<std::string>& obsolete) {
-  const fs::path old = fs::path(partial_) / ".replaced";
-  if (auto made = MakeFolders({old.string()}); !made) return made;
-  std::vector<std::string> leaving = names_;
+// What leaves the folder: files of the same names, and of the obsolete ones.
+Result<std::vector<std::string>> FileSet::Leaving(const std::vector<std::string>& obsolete) const {
+  std::vector<std::string> candidates = names_, out;
   for (const std::string& name : obsolete) {
-    if (std::find(names_.begin(), names_.end(), name) == names_.end()) leaving.push_back(name);
+    if (std::find(names_.begin(), names_.end(), name) == names_.end()) candidates.push_back(name);
   }
-  std::vector<Move> planned, done;
-  for (const std::string& name : leaving) {
+  for (const std::string& name : candidates) {
     const fs::path target = fs::path(folder_) / name;
-    const fs::file_status status = fs::symlink_status(target);
+    std::error_code ignored;
+    const fs::file_status status = fs::symlink_status(target, ignored);
     if (fs::is_directory(status)) {
-      return Error{target.string() + ": cannot write: is a folder, expected a file"};
+      return CannotWrite(target.string(), "is a folder, expected a file");
     }
-    if (fs::exists(status)) planned.push_back({target, old / name});
+    if (fs::exists(status)) out.push_back(name);
   }
+  return out;
+}
+
+Status FileSet::CommitIntoFolder(const std::vector<std::string>& obsolete) {
+  const auto leaving = Leaving(obsolete);
+  if (!leaving) return leaving.error();
+  Plan plan{names_, {}};
+  for (const std::string& name : *leaving) {
+    if (std::find(names_.begin(), names_.end(), name) == names_.end()) plan.remove.push_back(name);
+  }
+  if (auto made = MakeFolders({partial_.path() + "/" + kReplaced}); !made) return made;
+  if (auto written = WriteFileAtomically(partial_.path() + "/" + kPlan, FormatPlan(plan));
+      !written) {
+    return written;
+  }
+  Flush(partial_.path() + "/" + kPlan);
+  Flush(partial_.path());
+  const std::string commit = (fs::path(folder_) / kCommit).string();
+  const std::string own = partial_.path();
+  for (int failure = EEXIST; failure != 0;) {
+    if (const auto other = FinishOther(folder_); !other) return other.error();
+    failure = partial_.Rename(commit);
+    if (failure != 0 && failure != EEXIST && failure != ENOTEMPTY) {
+      return CannotWrite(folder_, std::generic_category().message(failure));
+    }
+  }
+  Flush(folder_);
+  const auto moved = MoveAll(*leaving);
+  Flush(folder_);
+  // It does not count any more before it goes, file by file.
+  partial_.Rename(own);
+  committed_ = static_cast<bool>(moved);
+  return moved;
+}
+
+Status FileSet::MoveAll(const std::vector<std::string>& leaving) const {
+  const fs::path commit = partial_.path();
+  std::vector<Move> planned, done;
+  const auto leaves = [&](const std::string& name) {
+    return std::find(leaving.begin(), leaving.end(), name) != leaving.end();
+  };
   for (const std::string& name : names_) {
-    planned.push_back({fs::path(partial_) / name, fs::path(folder_) / name});
+    const fs::path target = fs::path(folder_) / name;
+    if (leaves(name)) planned.push_back({target, commit / kReplaced / name});
+    planned.push_back({commit / name, target});
+  }
+  for (const std::string& name : leaving) {
+    const bool is_new = std::find(names_.begin(), names_.end(), name) != names_.end();
+    if (!is_new) planned.push_back({fs::path(folder_) / name, commit / kReplaced / name});
   }
   for (const Move& move : planned) {
     std::error_code failure;
@@ -154,7 +330,6 @@ Status FileSet::CommitIntoFolder(const std::vector<std::string>& obsolete) {
     }
     done.push_back(move);
   }
-  committed_ = true;
   return Ok();
 }
 

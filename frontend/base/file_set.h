@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/partial.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist {
@@ -11,11 +12,20 @@ namespace tagtwist {
 /// left behind. "out: cannot write: Permission denied". For asking before long work.
 Status CheckOutputFolder(const std::string& folder);
 
+/// What FileSets of processes that were ended have left in a folder, and beside it: a set that was
+/// being put in its place is finished, one that was not whole is removed. Returns what was done, a
+/// line each: "res/.results.partial-12: left by a run that was ended: removed".
+Result<std::vector<std::string>> RecoverFileSet(const std::string& folder);
+
+/// False while a set is being put in its place there, and where that was cut short.
+bool IsFileSetWhole(const std::string& folder);
+
 /// Files that appear in a folder together or not at all. They are written into a hidden neighbour
 /// first and take their places at Commit(); a set that is not committed leaves no trace. Files of
-/// the same name are replaced, other content of the folder is left alone. (Between the renames of a
-/// Commit() into a folder that was there already a reader may see old and new files side by side; a
-/// rename that fails undoes those before it.)
+/// the same name are replaced, other content of the folder is left alone. A Commit() into a folder
+/// that was there already is one rename, of the set to a name that says that it counts; the renames
+/// of its files follow. Where they are cut short RecoverFileSet finishes them, and so does the next
+/// Commit(); one that fails undoes those before it.
 class FileSet {
  public:
   /// Makes the neighbour; the folder's missing parents are made, too.
@@ -31,13 +41,17 @@ class FileSet {
   Status Commit(const std::vector<std::string>& obsolete = {});
 
  private:
-  explicit FileSet(std::string folder);
+  FileSet(std::string folder, bool folder_existed, Partial partial);
   Status CommitIntoFolder(const std::vector<std::string>& obsolete);
+  Result<std::vector<std::string>> Leaving(const std::vector<std::string>& obsolete) const;
+  Status MoveAll(const std::vector<std::string>& leaving) const;
 
-  std::string folder_, partial_;
-  bool folder_existed_ = false, committed_ = false;
+  std::string folder_;
+  bool folder_existed_ = false;
+  Partial partial_;
   std::vector<std::string> made_parents_;  // outermost first
   std::vector<std::string> names_;
+  bool committed_ = false;
 };
 
 }  // namespace tagtwist

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -69,12 +70,14 @@ void ThrowUnless(const Status& status) {
 
 ProgramRun RunProgram(const std::string& folder, const std::string& program,
                       const std::vector<std::string>& arguments,
-                      const std::function<bool()>& interrupt_when) {
+                      const std::function<bool()>& interrupt_when, const Surroundings& around) {
   const TempFolder capture;
-  const std::string out_path = capture / "out", err_path = capture / "err";
+  const std::string out_path = around.out.empty() ? capture / "out" : around.out,
+                    err_path = capture / "err";
   std::vector<std::string> words = {TAGTWIST_PROGRAM_DIR "/" + program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> environment = ProgramEnvironment();
+  environment.insert(environment.end(), around.environment.begin(), around.environment.end());
 
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -91,17 +94,21 @@ ProgramRun RunProgram(const std::string& folder, const std::string& program,
     run.err = words[0] + ": cannot start\n";
     return run;
   }
+  const auto began = std::chrono::steady_clock::now();
   int wait_status = 0;
-  while (interrupt_when && waitpid(pid, &wait_status, WNOHANG) == 0) {
+  rusage usage{};
+  while (interrupt_when && wait4(pid, &wait_status, WNOHANG, &usage) == 0) {
     if (interrupt_when()) {
-      kill(pid, SIGINT);
+      kill(pid, around.signal);
       break;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  waitpid(pid, &wait_status, 0);
+  wait4(pid, &wait_status, 0, &usage);
+  run.peak_rss_mib = static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
+  run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   if (WIFEXITED(wait_status)) run.status = WEXITSTATUS(wait_status);
-  run.out = ReadText(out_path);
+  if (around.out.empty()) run.out = ReadText(out_path);
   run.err = ReadText(err_path);
   return run;
 }

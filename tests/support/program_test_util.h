@@ -1,4 +1,5 @@
 #pragma once
+#include <csignal>
 #include <functional>
 #include <string>
 #include <vector>
@@ -11,13 +12,23 @@ namespace tagtwist {
 struct ProgramRun {
   int status = -1;  // exit status, or -1 when a signal ended it
   std::string out, err;
+  double peak_rss_mib = 0, wall_s = 0;
+};
+
+/// What a program finds around it.
+struct Surroundings {
+  std::string out;                       // where standard output goes; empty: into ProgramRun::out
+  std::vector<std::string> environment;  // besides the usual: "NAME=value"
+  int signal = SIGINT;                   // what interrupt_when sends
 };
 
 /// Runs a built program ("tagtwist_estimate") in `folder`. A sanitizer's report would be status 99.
-/// `interrupt_when` is asked while it runs; when it says true the program gets a Ctrl-C.
+/// `interrupt_when` is asked while it runs; when it says true the program gets a Ctrl-C, or the
+/// signal of `around`.
 ProgramRun RunProgram(const std::string& folder, const std::string& program,
                       const std::vector<std::string>& arguments,
-                      const std::function<bool()>& interrupt_when = {});
+                      const std::function<bool()>& interrupt_when = {},
+                      const Surroundings& around = {});
 
 /// True when the text is exactly one line, ended.
 bool IsOneLine(const std::string& text);

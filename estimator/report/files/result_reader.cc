@@ -1,9 +1,10 @@
 #include "estimator/report/files/result_reader.h"
 
 #include <filesystem>
-#include <fstream>
 
 #include "estimator/report/files/states_csv.h"
+#include "frontend/base/file_set.h"
+#include "frontend/base/input_file.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist {
@@ -17,10 +18,7 @@ bool Exists(const fs::path& path) {
 }
 
 bool IsStatesCsv(const std::string& path) {
-  std::ifstream file(path);
-  std::string header(400, '\0');  // the columns looked for are among the first
-  file.read(header.data(), static_cast<std::streamsize>(header.size()));
-  header.resize(static_cast<size_t>(file.gcount()));
+  std::string header = FirstBytes(path, 400);  // the columns looked for are among the first
   header = header.substr(0, header.find('\n'));
   return header.find("cf_x") != std::string::npos || header.find("sigma_") != std::string::npos;
 }
@@ -113,6 +111,12 @@ Result<ReadResults> ReadResultsAt(const std::string& path) {
   if (fs::is_directory(path, ignored)) {
     fs::path folder = fs::path(path).lexically_normal();
     if (!folder.has_filename()) folder = folder.parent_path();
+    if (!IsFileSetWhole(folder.string())) {
+      return Error{
+          path +
+          ": a run was ended while it replaced these results, or is about to; the next run "
+          "that writes there completes them"};
+    }
     if (auto read = ReadFolder(folder, folder.string(), &out); !read) return read.error();
     if (auto read = ReadTruthBeside(folder, &out); !read) return read.error();
     return out;

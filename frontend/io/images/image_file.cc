@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "frontend/base/atomic_file.h"
+#include "frontend/base/input_file.h"
 
 namespace tagtwist {
 namespace {
@@ -73,6 +73,10 @@ Result<cv::Mat> DecodeGrayImage(const std::string& bytes) {
 }
 
 Result<cv::Mat> ReadGrayImage(const std::string& path) {
+  // A pipe among thousands of images would be waited for each time.
+  if (const auto regular = CheckRegularFile(path); !regular) {
+    return Error{regular.error().message.substr(path.size() + 2)};
+  }
   const auto bytes = ReadWholeFile(path);
   if (!bytes) return Error{bytes.error().message.substr(path.size() + 2)};  // without "path: "
   return DecodeGrayImage(*bytes);

@@ -1,12 +1,9 @@
 #include "frontend/io/images/video_file.h"
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <opencv2/videoio.hpp>
+#include <system_error>
 #include <utility>
-
-#include "frontend/base/atomic_file.h"
 
 namespace tagtwist {
 namespace {
@@ -39,31 +36,25 @@ Status CheckVideoName(const std::string& path) {
   return Ok();
 }
 
-VideoFile::VideoFile(std::string path, std::string partial, std::unique_ptr<Writer> writer)
+VideoFile::VideoFile(std::string path, Partial partial, std::unique_ptr<Writer> writer)
     : path_(std::move(path)), partial_(std::move(partial)), writer_(std::move(writer)) {}
 
 Result<std::unique_ptr<VideoFile>> VideoFile::Create(const std::string& path,
                                                      double frames_per_second,
                                                      const cv::Size& size) {
   if (const auto fine = CheckVideoName(path); !fine) return fine.error();
-  const std::string partial = PartialNeighbour(path) + Ending(path);
+  auto partial = Partial::Make(path, Partial::Kind::kFile, Ending(path));
+  if (!partial) return partial.error();
   const int codec = Ending(path) == ".mp4" ? cv::VideoWriter::fourcc('m', 'p', '4', 'v')
                                            : cv::VideoWriter::fourcc('M', 'J', 'P', 'G');
   auto writer = std::make_unique<Writer>();
-  if (!writer->video.open(partial, cv::CAP_FFMPEG, codec, frames_per_second, size)) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
+  if (!writer->video.open(partial->path(), cv::CAP_FFMPEG, codec, frames_per_second, size)) {
     return Error{path + ": cannot write a video there"};
   }
-  return std::unique_ptr<VideoFile>(new VideoFile(path, partial, std::move(writer)));
+  return std::unique_ptr<VideoFile>(new VideoFile(path, std::move(*partial), std::move(writer)));
 }
 
-VideoFile::~VideoFile() {
-  if (partial_.empty()) return;
-  writer_.reset();
-  std::error_code ignored;
-  std::filesystem::remove(partial_, ignored);
-}
+VideoFile::~VideoFile() = default;
 
 void VideoFile::Add(const cv::Mat& image) {
   writer_->video.write(image);
@@ -73,16 +64,14 @@ void VideoFile::Add(const cv::Mat& image) {
 // OpenCV's writer does not tell of a full disk, so the file is asked.
 Status VideoFile::Finish() {
   writer_->video.release();
-  const size_t written = FramesIn(partial_);
+  const size_t written = FramesIn(partial_.path());
   if (written != frames_) {
     return Error{path_ + ": cannot write: " + std::to_string(written) + " of " +
                  std::to_string(frames_) + " frames arrived"};
   }
-  std::error_code failure;
-  std::filesystem::rename(partial_, path_, failure);
-  if (failure) return Error{path_ + ": cannot write: " + failure.message()};
-  partial_.clear();
-  return Ok();
+  const int failure = partial_.PutAt(path_);
+  if (failure == 0) return Ok();
+  return Error{path_ + ": cannot write: " + std::generic_category().message(failure)};
 }
 
 }  // namespace tagtwist

@@ -3,6 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
+#include "frontend/base/partial.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist {
@@ -29,10 +30,11 @@ class VideoFile {
 
  private:
   struct Writer;  // OpenCV's
-  VideoFile(std::string path, std::string partial, std::unique_ptr<Writer> writer);
+  VideoFile(std::string path, Partial partial, std::unique_ptr<Writer> writer);
 
-  std::string path_, partial_;
-  std::unique_ptr<Writer> writer_;
+  std::string path_;
+  Partial partial_;
+  std::unique_ptr<Writer> writer_;  // goes first: it holds the file open
   size_t frames_ = 0;
 };
 

@@ -1,8 +1,6 @@
 #include "frontend/io/mat/mat_file.h"
 
-#include <array>
-#include <cstdio>
-
+#include "frontend/base/input_file.h"
 #include "frontend/io/mat/mat_backends.h"
 
 namespace tagtwist {
@@ -12,12 +10,8 @@ enum class MatVersion { kNone, k5, k73 };
 
 // Bytes 124 to 127: version (0x0100 or 0x0200) and "MI", both in the writer's byte order.
 MatVersion ReadVersion(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
-                                                             std::fclose);
-  std::array<unsigned char, 128> head;
-  if (file == nullptr || std::fread(head.data(), 1, head.size(), file.get()) != head.size()) {
-    return MatVersion::kNone;
-  }
+  const std::string head = FirstBytes(path, 128);
+  if (head.size() < 128) return MatVersion::kNone;
   const bool little = head[126] == 'I' && head[127] == 'M';
   const bool big = head[126] == 'M' && head[127] == 'I';
   if (!little && !big) return MatVersion::kNone;

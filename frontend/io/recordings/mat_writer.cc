@@ -1,13 +1,12 @@
 #include <matio.h>
-#include <unistd.h>
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <filesystem>
+#include <system_error>
 #include <utility>
 
-#include "frontend/base/atomic_file.h"
+#include "frontend/base/partial.h"
 #include "frontend/io/mat/mat_plain.h"
 #include "frontend/io/recordings/dataset_writer_kinds.h"
 #include "frontend/io/tables/stamps.h"
@@ -57,18 +56,8 @@ Eigen::Vector2d Centre(const TagDetection& tag) {
 // matio 1.5 writes a compressed struct array in one go, so the frames wait in memory until Finish.
 class MatWriter : public DatasetWriter {
  public:
-  explicit MatWriter(std::string path)
-      : path_(std::move(path)), partial_(PartialNeighbour(path_)) {}
-  ~MatWriter() override { ::unlink(partial_.c_str()); }
-  MatWriter(const MatWriter&) = delete;
-  MatWriter& operator=(const MatWriter&) = delete;
-
-  // An empty file in the place of the partial one, so that a bad path is told at the beginning.
-  Status Touch() {
-    const auto touched = WriteFileAtomically(partial_, "");
-    if (touched) return Ok();
-    return Error{path_ + touched.error().message.substr(partial_.size())};
-  }
+  MatWriter(std::string path, Partial partial)
+      : path_(std::move(path)), partial_(std::move(partial)) {}
   Status Add(const FrameToWrite& frame) override;
   Status Finish(const std::vector<TruthSample>& truth, const std::vector<ImuSample>& imu) override;
 
@@ -79,7 +68,8 @@ class MatWriter : public DatasetWriter {
     std::vector<TagDetection> detections;
   };
   Variable MakePackets(const std::vector<TruthSample>& truth, const std::vector<ImuSample>& imu);
-  std::string path_, partial_;
+  std::string path_;
+  Partial partial_;
   FrameRules rules_;
   std::vector<Packet> packets_;
 };
@@ -187,8 +177,8 @@ Status MatWriter::Finish(const std::vector<TruthSample>& truth, const std::vecto
     vicon.insert(vicon.end(), column->begin(), column->end());
   }
   const Error write_error{path_ + ": cannot write the MAT file"};
-  std::unique_ptr<mat_t, CloseMat> file(
-      Mat_CreateVer(partial_.c_str(), "MATLAB 5.0 MAT-file, written by tagtwist", MAT_FT_MAT5));
+  std::unique_ptr<mat_t, CloseMat> file(Mat_CreateVer(
+      partial_.path().c_str(), "MATLAB 5.0 MAT-file, written by tagtwist", MAT_FT_MAT5));
   if (file == nullptr) return write_error;
   std::vector<Variable> variables;
   variables.push_back(MakePackets(truth, imu));
@@ -204,19 +194,18 @@ Status MatWriter::Finish(const std::vector<TruthSample>& truth, const std::vecto
   }
   file.reset();
   // matio does not say when the disk is full.
-  if (!CheckMatIsWhole(partial_)) return write_error;
-  std::error_code failure;
-  std::filesystem::rename(partial_, path_, failure);
-  if (failure) return Error{path_ + ": cannot write: " + failure.message()};
-  return Ok();
+  if (!CheckMatIsWhole(partial_.path())) return write_error;
+  const int failure = partial_.PutAt(path_);
+  if (failure == 0) return Ok();
+  return Error{path_ + ": cannot write: " + std::generic_category().message(failure)};
 }
 
 }  // namespace
 
 Result<std::unique_ptr<DatasetWriter>> CreateMatWriter(const std::string& path) {
-  auto writer = std::make_unique<MatWriter>(path);
-  if (const auto touched = writer->Touch(); !touched) return touched.error();
-  return std::unique_ptr<DatasetWriter>(std::move(writer));
+  auto partial = Partial::Make(path, Partial::Kind::kFile);
+  if (!partial) return partial.error();
+  return std::unique_ptr<DatasetWriter>(std::make_unique<MatWriter>(path, std::move(*partial)));
 }
 
 }  // namespace tagtwist

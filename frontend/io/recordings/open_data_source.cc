@@ -1,8 +1,7 @@
-#include <array>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 
+#include "frontend/base/input_file.h"
 #include "frontend/io/mat/mat_file.h"
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/io/recordings/data_source_kinds.h"
@@ -17,10 +16,7 @@ bool Exists(const std::filesystem::path& path) {
 
 bool IsBagFile(const std::string& path) {
   constexpr std::string_view kMagic = "#ROSBAG";
-  std::array<char, kMagic.size()> first{};
-  std::ifstream in(path, std::ios::binary);
-  in.read(first.data(), static_cast<std::streamsize>(first.size()));
-  return in && std::string_view(first.data(), first.size()) == kMagic;
+  return FirstBytes(path, kMagic.size()) == kMagic;
 }
 
 }  // namespace
@@ -41,6 +37,7 @@ Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
   std::error_code unknown;
   if (!Exists(root)) return Error{path + ": no such file or folder"};
   if (!std::filesystem::is_directory(root, unknown)) {
+    if (const auto regular = CheckRegularFile(path); !regular) return regular.error();
     if (IsMatFile(path)) return OpenMatSource(path, options);
     if (IsBagFile(path)) return OpenBagSource(path, options);
     if (std::filesystem::is_regular_file(root, unknown) &&

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "frontend/base/atomic_file.h"
+#include "frontend/base/partial.h"
 #include "frontend/io/images/image_file.h"
 #include "frontend/io/recordings/dataset_writer_kinds.h"
 #include "frontend/io/tables/detections_csv.h"
@@ -40,21 +41,8 @@ Layout EurocLayout() {
 // A data set that is a tree of files: the plain folder and EuRoC/ASL.
 class TreeWriter : public DatasetWriter {
  public:
-  TreeWriter(const std::string& path, Layout layout)
-      : path_(path), partial_(PartialNeighbour(path)), layout_(std::move(layout)) {}
-  ~TreeWriter() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(partial_, ignored);
-  }
-  TreeWriter(const TreeWriter&) = delete;
-  TreeWriter& operator=(const TreeWriter&) = delete;
-
-  Status MakeFolder() {
-    std::error_code failure;
-    std::filesystem::create_directory(partial_, failure);
-    if (failure) return Error{path_ + ": cannot write: " + failure.message()};
-    return Ok();
-  }
+  TreeWriter(std::string path, Partial partial, Layout layout)
+      : path_(std::move(path)), partial_(std::move(partial)), layout_(std::move(layout)) {}
 
   Status Add(const FrameToWrite& frame) override {
     if (auto fit = rules_.Check(frame, path_); !fit) return fit;
@@ -86,10 +74,9 @@ class TreeWriter : public DatasetWriter {
     for (const auto& [file, content] : tables) {
       if (auto written = Write(file, content); !written) return written;
     }
-    std::error_code failure;
-    std::filesystem::rename(partial_, path_, failure);
-    if (failure) return Error{path_ + ": cannot write: " + failure.message()};
-    return Ok();
+    const int failure = partial_.PutAt(path_);
+    if (failure == 0) return Ok();
+    return Error{path_ + ": cannot write: " + std::generic_category().message(failure)};
   }
 
  private:
@@ -101,7 +88,7 @@ class TreeWriter : public DatasetWriter {
   }
 
   Status Write(const std::string& file, const std::string& content) {
-    const std::filesystem::path target = std::filesystem::path(partial_) / file;
+    const std::filesystem::path target = std::filesystem::path(partial_.path()) / file;
     std::error_code failure;
     std::filesystem::create_directories(target.parent_path(), failure);
     const auto written = WriteFileAtomically(target.string(), content);
@@ -111,16 +98,18 @@ class TreeWriter : public DatasetWriter {
     return Error{(std::filesystem::path(path_) / file).string() + reason};
   }
 
-  std::string path_, partial_;
+  std::string path_;
+  Partial partial_;
   Layout layout_;
   FrameRules rules_;
   std::string frame_rows_, detection_rows_;
 };
 
 Result<std::unique_ptr<DatasetWriter>> CreateTreeWriter(const std::string& path, Layout layout) {
-  auto writer = std::make_unique<TreeWriter>(path, std::move(layout));
-  if (const auto made = writer->MakeFolder(); !made) return made.error();
-  return std::unique_ptr<DatasetWriter>(std::move(writer));
+  auto partial = Partial::Make(path, Partial::Kind::kFolder);
+  if (!partial) return partial.error();
+  return std::unique_ptr<DatasetWriter>(
+      std::make_unique<TreeWriter>(path, std::move(*partial), std::move(layout)));
 }
 
 }  // namespace

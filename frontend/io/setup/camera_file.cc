@@ -3,11 +3,14 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <initializer_list>
+#include <utility>
 #include <vector>
 
+#include "frontend/base/input_file.h"
 #include "frontend/io/setup/camera_section.h"
 #include "frontend/io/setup/opencv_xml.h"
 #include "frontend/io/setup/yaml_reader.h"
+#include "frontend/io/setup/yaml_tree.h"
 
 namespace tagtwist {
 namespace {
@@ -189,10 +192,17 @@ Result<CameraFile> ReadFromCamchain(const YamlValue& root,
                (name.empty() ? "none" : name)};
 }
 
+// Read once: a pipe gives its bytes only once.
+Result<YamlValue> ReadTree(const std::string& path, const Limits& limits) {
+  auto text = ReadWholeFile(path, limits.text_bytes, limits);
+  if (!text) return text.error();
+  return LooksLikeXml(*text) ? ParseOpenCvXml(*text, path) : ParseYaml(std::move(*text), path);
+}
+
 }  // namespace
 
 Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name) {
-  const Result<YamlValue> root = IsXml(path) ? ReadOpenCvXml(path) : ReadYaml(path);
+  const Result<YamlValue> root = ReadTree(path, {});
   if (!root) return root.error();
   const auto cameras = KalibrCameras(*root);
   if (!cameras.empty()) return ReadFromCamchain(*root, cameras, name);

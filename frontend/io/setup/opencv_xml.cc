@@ -2,83 +2,100 @@
 
 #include <tinyxml2.h>
 
-#include <fstream>
 #include <sstream>
-
-#include "frontend/base/atomic_file.h"
+#include <utility>
 
 namespace tagtwist {
 namespace {
 
-YamlValue At(const tinyxml2::XMLElement& element, const std::string& file, const std::string& key) {
-  YamlValue out;
-  out.file = file;
-  out.line = element.GetLineNum();
-  out.key = key;
-  return out;
-}
+constexpr size_t kMostNodes = 200000;
+constexpr size_t kMostBytes = 64'000'000;  // of the nodes' names and texts
 
-// One word is a scalar, several are a list; words in quotes are texts.
-void CopyText(const char* text, YamlValue* out) {
-  if (text == nullptr) return;
-  std::istringstream words(text);
-  YamlValue item = *out;
-  item.kind = YamlValue::Kind::kScalar;
-  while (words >> item.scalar) {
-    item.quoted = item.scalar.front() == '"';
-    out->items.push_back(item);
-  }
-  if (out->items.size() == 1) {
-    *out = std::move(item);
-    out->scalar = text;
-    out->scalar.erase(0, out->scalar.find_first_not_of(" \t\r\n"));
-    out->scalar.erase(out->scalar.find_last_not_of(" \t\r\n") + 1);
-    out->items.clear();
-  } else if (!out->items.empty()) {
-    out->kind = YamlValue::Kind::kList;
-  }
-}
+// Copies a document's tree until a bound is met. The XML parser bounds the depth.
+class TreeCopier {
+ public:
+  explicit TreeCopier(std::string file) : file_(std::move(file)) {}
+  bool is_full() const { return nodes_ > kMostNodes || bytes_ > kMostBytes; }
 
-// The reader below bounds the depth.
-YamlValue Copy(const tinyxml2::XMLElement& element, const std::string& file,
-               const std::string& key) {
-  YamlValue out = At(element, file, key);
-  const tinyxml2::XMLElement* child = element.FirstChildElement();
-  if (child == nullptr) CopyText(element.GetText(), &out);
-  for (; child != nullptr; child = child->NextSiblingElement()) {
-    const std::string name = child->Name();
-    if (name == "_") {
-      out.kind = YamlValue::Kind::kList;
-      const std::string path = key + "[" + std::to_string(out.items.size()) + "]";
-      out.items.push_back(Copy(*child, file, path));
-    } else {
-      out.kind = YamlValue::Kind::kMapping;
-      out.members.emplace_back(name, Copy(*child, file, key.empty() ? name : key + "." + name));
+  YamlValue Copy(const tinyxml2::XMLElement& element, const std::string& key) {
+    YamlValue out = At(element, key);
+    const tinyxml2::XMLElement* child = element.FirstChildElement();
+    if (child == nullptr) CopyText(element.GetText(), &out);
+    for (; child != nullptr && !is_full(); child = child->NextSiblingElement()) {
+      const std::string name = child->Name();
+      if (name == "_") {
+        out.kind = YamlValue::Kind::kList;
+        const std::string path = key + "[" + std::to_string(out.items.size()) + "]";
+        out.items.push_back(Copy(*child, path));
+      } else {
+        out.kind = YamlValue::Kind::kMapping;
+        out.members.emplace_back(name, Copy(*child, key.empty() ? name : key + "." + name));
+      }
+    }
+    return out;
+  }
+
+ private:
+  YamlValue At(const tinyxml2::XMLElement& element, const std::string& key) {
+    YamlValue out;
+    out.file = file_;
+    out.line = element.GetLineNum();
+    out.key = key;
+    Charge(out);
+    return out;
+  }
+
+  void Charge(const YamlValue& value) {
+    ++nodes_;
+    bytes_ += value.file.size() + value.key.size() + value.scalar.size();
+  }
+
+  // One word is a scalar, several are a list; words in quotes are texts.
+  void CopyText(const char* text, YamlValue* out) {
+    if (text == nullptr) return;
+    std::istringstream words(text);
+    YamlValue item = *out;
+    item.kind = YamlValue::Kind::kScalar;
+    while (!is_full() && words >> item.scalar) {
+      item.quoted = item.scalar.front() == '"';
+      out->items.push_back(item);
+      Charge(item);
+    }
+    if (out->items.size() == 1) {
+      *out = std::move(item);
+      out->scalar = text;
+      out->scalar.erase(0, out->scalar.find_first_not_of(" \t\r\n"));
+      out->scalar.erase(out->scalar.find_last_not_of(" \t\r\n") + 1);
+      out->items.clear();
+    } else if (!out->items.empty()) {
+      out->kind = YamlValue::Kind::kList;
     }
   }
-  return out;
-}
+
+  std::string file_;
+  size_t nodes_ = 0, bytes_ = 0;
+};
 
 }  // namespace
 
-bool IsXml(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  char first = 0;
-  return in >> first && first == '<';
+bool LooksLikeXml(const std::string& text) {
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string::npos && text[first] == '<';
 }
 
-Result<YamlValue> ReadOpenCvXml(const std::string& path) {
-  const auto bytes = ReadWholeFile(path);
-  if (!bytes) return bytes.error();
+Result<YamlValue> ParseOpenCvXml(const std::string& text, const std::string& file) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(bytes->data(), bytes->size()) != tinyxml2::XML_SUCCESS) {
-    return Error{path + ":" + std::to_string(document.ErrorLineNum()) + ": not valid XML"};
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+    return Error{file + ":" + std::to_string(document.ErrorLineNum()) + ": not valid XML"};
   }
   const tinyxml2::XMLElement* root = document.RootElement();
   if (root == nullptr || std::string(root->Name()) != "opencv_storage") {
-    return Error{path + ": expected <opencv_storage>, got other XML"};
+    return Error{file + ": expected <opencv_storage>, got other XML"};
   }
-  return Copy(*root, path, "");
+  TreeCopier copier(file);
+  YamlValue out = copier.Copy(*root, "");
+  if (copier.is_full()) return Error{file + ": expected a smaller file"};
+  return out;
 }
 
 }  // namespace tagtwist

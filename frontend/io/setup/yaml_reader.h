@@ -5,33 +5,15 @@
 #include <utility>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
+#include "frontend/io/setup/yaml_value.h"
 
 namespace tagtwist {
 
-/// A node of a YAML file with the place it came from. A tree of values: whoever reads it needs no
-/// YAML library.
-struct YamlValue {
-  enum class Kind { kNothing, kScalar, kList, kMapping };
-  Kind kind = Kind::kNothing;
-  std::string file;                                        // as given to ReadYaml
-  int line = 1;                                            // counted from 1
-  std::string key;                                         // "tag_map.tags[3].id"; "" for the root
-  std::string scalar;                                      // kScalar: its text
-  bool quoted = false;                                     // kScalar: "5" is a text, 5 a number
-  std::vector<YamlValue> items;                            // kList
-  std::vector<std::pair<std::string, YamlValue>> members;  // kMapping, in the order of the file
-
-  /// "file:line: key: expected ..., got ...".
-  Error Refuse(const std::string& expected) const;
-  /// What it is, for a message: its text, cut short, or "a list", "a mapping", "nothing".
-  std::string Describe() const;
-};
-
-/// The single document of a YAML file. Refused: a file that cannot be read, is empty or not YAML,
-/// a key given twice in one mapping. OpenCV's
-/// first line, %YAML:1.0, counts as a comment.
-Result<YamlValue> ReadYaml(const std::string& path);
+/// The single document of a YAML file, see ParseYaml. Refused: a file that cannot be read, is empty
+/// or larger than limits.text_bytes.
+Result<YamlValue> ReadYaml(const std::string& path, const Limits& limits = {});
 
 /// Values of one type; refused with the type that was expected. Numbers must be finite.
 Status ReadValue(const YamlValue& node, double* value);

@@ -1,9 +1,10 @@
 #include "frontend/io/tables/csv.h"
 
 #include <algorithm>
+#include <unordered_set>
 #include <utility>
 
-#include "frontend/base/atomic_file.h"
+#include "frontend/base/input_file.h"
 
 namespace tagtwist {
 namespace {
@@ -77,9 +78,10 @@ std::optional<Error> CsvTable::ParseHeader(std::string_view line, int line_numbe
   if (ParseNumber(columns_.front())) {
     return LineError(path_, line_number, "expected a header line with the columns' names");
   }
-  for (auto name = columns_.begin(); name != columns_.end(); ++name) {
-    if (!name->empty() && std::find(columns_.begin(), name, *name) != name) {
-      return LineError(path_, line_number, "column " + QuoteForMessage(*name) + " appears twice");
+  std::unordered_set<std::string_view> names;
+  for (const std::string& name : columns_) {
+    if (!name.empty() && !names.insert(name).second) {
+      return LineError(path_, line_number, "column " + QuoteForMessage(name) + " appears twice");
     }
   }
   return std::nullopt;

@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(All, BadConfig, ::testing::ValuesIn(kBadFiles),
 TEST(ConfigRefusals, AbsentFileAndFolder) {
   const Result<Config> absent = LoadConfig("no/such/file.yaml");
   ASSERT_FALSE(absent);
-  EXPECT_EQ(absent.error().message, "no/such/file.yaml: cannot open");
+  EXPECT_EQ(absent.error().message, "no/such/file.yaml: cannot open: No such file or directory");
   const TempFolder folder;
   const Result<Config> opened = LoadConfig(folder.path());
   ASSERT_FALSE(opened);

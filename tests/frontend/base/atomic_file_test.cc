@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "frontend/base/input_file.h"
 #include "tests/support/temp_folder.h"
 
 namespace tagtwist {
@@ -64,7 +65,7 @@ TEST(AtomicFile, ReadNamesMissingFileAndFolder) {
   EXPECT_EQ(missing.error().message, folder / "none: cannot open: No such file or directory");
   const auto onto_folder = ReadWholeFile(folder.path());
   ASSERT_FALSE(onto_folder);
-  EXPECT_EQ(onto_folder.error().message, folder.path() + ": cannot read: Is a directory");
+  EXPECT_EQ(onto_folder.error().message, folder.path() + ": expected a file, got a folder");
 }
 
 }  // namespace

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
+
+#include <csignal>
 
 #include "tests/support/test_files.h"
 
@@ -136,6 +139,65 @@ TEST(FileSet, FolderThatTakesNoFilesIsRefused) {
   if (!fs::exists("/proc/self")) GTEST_SKIP() << "no /proc";
   EXPECT_FALSE(CheckOutputFolder("/proc/self/task"));
   EXPECT_FALSE(CheckOutputFolder("/proc/tagtwist/out"));
+}
+
+// As a process leaves it that is killed after `renames` of the renames of a Commit.
+void LeaveCommitCutShort(const TempFolder& temp, int renames) {
+  const fs::path commit = temp / ".results.commit";
+  fs::create_directories(commit / ".replaced");
+  WriteText(commit / ".plan", "put one.csv\nput two.csv\nremove stale.csv\nput ../out.csv\n");
+  for (const char* name : {"one.csv", "two.csv"}) WriteText(commit / name, "new");
+  for (const char* name : {"one.csv", "two.csv", "stale.csv"}) WriteText(temp / name, "old");
+  const std::vector<std::pair<fs::path, fs::path>> moves = {
+      {temp / "one.csv", commit / ".replaced/one.csv"},
+      {commit / "one.csv", temp / "one.csv"},
+      {temp / "two.csv", commit / ".replaced/two.csv"},
+      {commit / "two.csv", temp / "two.csv"},
+      {temp / "stale.csv", commit / ".replaced/stale.csv"}};
+  for (int i = 0; i < renames; ++i) fs::rename(moves[size_t(i)].first, moves[size_t(i)].second);
+}
+
+TEST(FileSet, ACommitThatWasCutShortIsFinishedByTheNext) {
+  for (int renames = 0; renames <= 5; ++renames) {
+    for (const bool by_a_run : {false, true}) {
+      const TempFolder temp;
+      LeaveCommitCutShort(temp, renames);
+      EXPECT_FALSE(IsFileSetWhole(temp.path()));
+      if (by_a_run) {
+        auto set = FileSet::Begin(temp.path());
+        ASSERT_TRUE(set && (*set)->Add("three.csv", "newest") && (*set)->Commit());
+        EXPECT_EQ(ReadText(temp / "three.csv"), "newest");
+        fs::remove(temp / "three.csv");
+      } else {
+        const auto told = RecoverFileSet(temp.path());
+        ASSERT_TRUE(told) << told.error().message;
+        EXPECT_EQ(told->size(), 1u);
+      }
+      EXPECT_TRUE(IsFileSetWhole(temp.path()));
+      EXPECT_EQ(ReadText(temp / "one.csv"), "new") << renames;
+      EXPECT_EQ(ReadText(temp / "two.csv"), "new") << renames;
+      EXPECT_EQ(CountEntries(temp.path()), 2u) << renames;
+    }
+  }
+}
+
+TEST(FileSet, ASetThatWasNotWholeGoesWithTheNext) {
+  const TempFolder temp;
+  WriteText(temp / "one.csv", "old");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto set = FileSet::Begin(temp.path());
+    const auto added = (*set)->Add("one.csv", "new");
+    ::kill(::getpid(), SIGKILL);
+  }
+  ::waitpid(child, nullptr, 0);
+  EXPECT_EQ(CountEntries(temp.path()), 2u);
+  const auto told = RecoverFileSet(temp.path());
+  ASSERT_TRUE(told);
+  ASSERT_EQ(told->size(), 1u);
+  EXPECT_NE(told->front().find("left by a run that was ended: removed"), std::string::npos);
+  EXPECT_EQ(CountEntries(temp.path()), 1u);
+  EXPECT_EQ(ReadText(temp / "one.csv"), "old");
 }
 
 }  // namespace

@@ -1,0 +1,58 @@
+#include "apps/support/guarded_main.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <system_error>
+
+#include "frontend/base/result.h"
+
+namespace tagtwist {
+namespace {
+
+void OpenStandardDescriptors() {
+  for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
+    if (::fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
+    if (::open("/dev/null", O_RDWR) < 0) return;  // takes the lowest that is free
+  }
+}
+
+std::string OneLine(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text;
+}
+
+// A stream that failed says not why; the descriptor is asked again.
+Status CheckStandardOutput() {
+  if (std::cout.flush()) return Ok();
+  const bool told = ::write(STDOUT_FILENO, "\n", 1) < 0;
+  return Error{"standard output: cannot write" +
+               (told ? ": " + std::generic_category().message(errno) : std::string())};
+}
+
+}  // namespace
+
+int GuardedMain(const Usage& usage, const std::function<int()>& body) {
+  OpenStandardDescriptors();
+  try {
+    const int status = body();
+    if (status != 0) return status;
+    const auto written = CheckStandardOutput();
+    return written ? 0 : Fail(usage, written.error().message);
+  } catch (const std::bad_alloc&) {
+    return Fail(usage, "out of memory");
+  } catch (const std::exception& fault) {
+    return Fail(usage, "cannot go on: " + OneLine(fault.what()));
+  } catch (...) {
+    return Fail(usage, "cannot go on: an unknown fault");
+  }
+}
+
+}  // namespace tagtwist
