@@ -105,12 +105,17 @@ std::string ClockText(const SteadyClock& clock) {
 
 BatchEstimator::BatchEstimator(EstimatorSetup setup)
     : setup_(std::move(setup)),
-      segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
+      segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}),
+      set_up_check_(setup_.map, setup_.camera),
+      gate_(setup_.map, setup_.camera) {}
 
 void BatchEstimator::Add(FrameMeasurements measurement) {
   segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
   n_tracks_.push_back(static_cast<int>(measurement.tracks.size()));
   measurement.tracks = {};
+  if (set_up_is_right_) set_up_is_right_ = set_up_check_.Add(measurement.tags);
+  auto refused = gate_.TakeRefused(&measurement.tags);
+  if (!refused.empty()) refused_.emplace(measurements_.size(), std::move(refused));
   measurements_.push_back(std::move(measurement));
 }
 
@@ -183,7 +188,12 @@ TagAudit BatchEstimator::Audit(const std::vector<GraphFrame>& solved,
   ReprojectionTally tally;
   for (size_t i = 0; i < solved.size(); ++i) {
     const GraphFrame& frame = solved[i];
-    audit.Add(setup_, frame, measurements_[i].tags);
+    std::vector<TagDetection> seen = measurements_[i].tags;
+    const auto refused = refused_.find(i);
+    if (refused != refused_.end()) {
+      seen.insert(seen.end(), refused->second.begin(), refused->second.end());
+    }
+    audit.Add(setup_, frame, seen);
     if (state_of_frame[i] < 0) continue;
     const std::vector<double> errors = ReprojectionErrors(setup_, frame);
     out->reprojection_px.insert(out->reprojection_px.end(), errors.begin(), errors.end());
@@ -195,6 +205,8 @@ TagAudit BatchEstimator::Audit(const std::vector<GraphFrame>& solved,
 }
 
 Result<BatchResult> BatchEstimator::Solve() const {
+  if (!set_up_is_right_) return set_up_is_right_.error();
+  if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
   auto seeds = SeedFrames(setup_, measurements_);
   if (!seeds) return seeds.error();
   BatchResult out;

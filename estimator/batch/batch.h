@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,8 @@
 #include "estimator/result/estimate.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/smoother.h"
+#include "estimator/start/set_up_check.h"
+#include "estimator/start/tag_gate.h"
 #include "frontend/base/result.h"
 #include "frontend/types/measurements.h"
 
@@ -38,7 +41,8 @@ class BatchEstimator {
   /// solution, one a frame: undoes a rolling shutter (tags_at_stamp.h). Once; tracks stay as they
   /// are.
   void TakeTagsAsOfStamps(double line_time_s, const std::vector<FrameEstimate>& solved);
-  /// Solves for all frames. An error when no frame has a usable tag, or there is no solution.
+  /// Solves for all frames. An error when no frame has a usable tag, there is no solution, or what
+  /// is seen cannot be what the set-up says (SetUpCheck).
   Result<BatchResult> Solve() const;
 
  private:
@@ -58,7 +62,11 @@ class BatchEstimator {
 
   EstimatorSetup setup_;
   TrackSegmenter segmenter_;
-  std::vector<FrameMeasurements> measurements_;  // without their tracks
+  SetUpCheck set_up_check_;
+  Status set_up_is_right_ = Ok();  // as far as the frames say
+  TagGate gate_;
+  std::vector<FrameMeasurements> measurements_;  // without their tracks, and without the tags that
+  std::map<size_t, std::vector<TagDetection>> refused_;  // the gate refused, by frame
   std::vector<int> n_tracks_;
 };
 

@@ -149,6 +149,8 @@ Result<Estimate> RunInWindow(const std::string& dataset, DataSource* source, con
   if (measured && deadline) measured->SetDeadline(&*deadline);
   const auto read = ForEachFrame(dataset, source, options, std::move(measured), &estimate, add);
   if (!read) return read.error();
+  if (const auto fine = window.CheckSetUp(); !fine)
+    return Error{dataset + ": " + fine.error().message};
   for (FrameEstimate& frame : window.Finish()) estimate.lagged.push_back(std::move(frame));
   estimate.noise = window.noise();
   estimate.reprojection = window.Reprojection();

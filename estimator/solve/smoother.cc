@@ -55,6 +55,14 @@ StateCovariance BodyCovariance(const BlockBandedMatrix& covariance, int state) {
   return covariance.At(state, state).topLeftCorner<12, 12>();
 }
 
+FrameEstimate WithoutState(const FrameMeasurements& measurement) {
+  FrameEstimate out;
+  out.t_ns = measurement.t_ns;
+  out.closed_form = measurement.closed_form;
+  out.n_tracks = static_cast<int>(measurement.tracks.size());
+  return out;
+}
+
 FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,
                               const StateCovariance& covariance) {
   FrameEstimate out;

@@ -31,5 +31,7 @@ StateCovariance BodyCovariance(const BlockBandedMatrix& covariance, int state);
 /// A frame of the result.
 FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const GraphFrame& frame,
                               const StateCovariance& covariance);
+/// The row of a frame before the first state.
+FrameEstimate WithoutState(const FrameMeasurements& measurement);
 
 }  // namespace tagtwist

@@ -16,14 +16,6 @@ namespace {
 // Weight that a frame's noise statistics keep from one frame to the next: about 300 frames count.
 constexpr double kFade = 1.0 - 1.0 / 300;
 
-FrameEstimate WithoutState(const FrameMeasurements& measurement) {
-  FrameEstimate out;
-  out.t_ns = measurement.t_ns;
-  out.closed_form = measurement.closed_form;
-  out.n_tracks = static_cast<int>(measurement.tracks.size());
-  return out;
-}
-
 // With its standard deviations multiplied.
 StateCovariance Scaled(const StateCovariance& covariance, const StateVector& by) {
   return by.asDiagonal() * covariance * by.asDiagonal();
@@ -33,11 +25,15 @@ StateCovariance Scaled(const StateCovariance& covariance, const StateVector& by)
 
 SlidingWindow::SlidingWindow(EstimatorSetup setup)
     : setup_(std::move(setup)),
+      set_up_check_(setup_.map, setup_.camera),
+      gate_(setup_.map, setup_.camera),
       noise_(InitialNoise(setup_.options)),
       segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
 
-Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement,
-                                        const TimeUp& time_up) {
+Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& given, const TimeUp& time_up) {
+  if (const auto fine = set_up_check_.Add(given.tags); !fine) return fine.error();
+  FrameMeasurements measurement = given;
+  gate_.TakeRefused(&measurement.tags);
   // Fewer frames know too little of the motion to exclude a pose.
   constexpr size_t kFramesToRelyOn = 5;
   WindowOutput out;
@@ -62,6 +58,7 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement,
     return out;
   }
   AddFrame(measurement, starts);
+  seen_.back().tags = given.tags;
   if (const auto solved = SolveAll(time_up); !solved) return solved.error();
   const bool hurried = measurement.cut_short || IsUp(time_up);
   LookIntoTheMirror();

@@ -11,6 +11,8 @@
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/start/frame_start.h"
+#include "estimator/start/set_up_check.h"
+#include "estimator/start/tag_gate.h"
 #include "estimator/window/other_place.h"
 #include "estimator/window/prediction_check.h"
 #include "estimator/window/window_hypothesis.h"
@@ -41,10 +43,13 @@ class SlidingWindow {
  public:
   explicit SlidingWindow(EstimatorSetup setup);
 
-  /// Stamps must grow. After an error, when the problem cannot be solved, no frame may follow.
+  /// Stamps must grow. After an error, when the problem cannot be solved or what is seen cannot be
+  /// what the set-up says (SetUpCheck), no frame may follow.
   /// Where the time is up the state is what the iterations until then give, the noise is learned
   /// over several frames, and the state is kHurried.
-  Result<WindowOutput> Add(const FrameMeasurements& measurement, const TimeUp& time_up = {});
+  Result<WindowOutput> Add(const FrameMeasurements& given, const TimeUp& time_up = {});
+  /// Whether all that was seen may be what the set-up says: for short recordings, at their end.
+  Status CheckSetUp() const { return set_up_check_.Finish(); }
   /// The frames still in the window, smoothed; call at the end.
   std::vector<FrameEstimate> Finish();
   /// State at a stamp after the newest frame's, as the motion prior carries that frame's state on,
@@ -79,6 +84,8 @@ class SlidingWindow {
   void Forget(size_t n_frames);
 
   EstimatorSetup setup_;
+  SetUpCheck set_up_check_;
+  TagGate gate_;
   NoiseModel noise_;
   TrackSegmenter segmenter_;
   int first_frame_ = 0;                       // in the window, counted from the first one added

@@ -1,0 +1,32 @@
+#pragma once
+#include <vector>
+
+#include "frontend/types/camera.h"
+#include "frontend/types/measurements.h"
+#include "frontend/types/tag_map.h"
+
+namespace tagtwist {
+
+/// Keeps out what no tag can look like, before it enters anything: quads that run clockwise, that
+/// are not convex, or that are no projection of a square (phantoms; corners bent inwards by the
+/// image's border or a hand). A quad's eight numbers leave two to judge it by (SquareMisfitPx);
+/// how far right ones are off is learned from the latest.
+class TagGate {
+ public:
+  TagGate(TagMap map, Camera camera);
+
+  /// Takes out of a frame's tags, all of the map, those that can be none, and returns them.
+  std::vector<TagDetection> TakeRefused(std::vector<TagDetection>* tags);
+
+ private:
+  void Learn(double misfit_px);
+  double SigmaPx() const;
+  bool Passes(const TagDetection& tag, double sigma_px) const;
+
+  TagMap map_;
+  Camera camera_;
+  std::vector<double> misfits_px_;  // of the latest quads, a ring
+  size_t next_ = 0;                 // place in it
+};
+
+}  // namespace tagtwist
