@@ -7,9 +7,9 @@
 #include "apps/support/guarded_main.h"
 #include "apps/support/usage.h"
 #include "estimator/report/html/comparison_report.h"
-#include "frontend/base/atomic_file.h"
+#include "frontend/base/files/atomic_file.h"
+#include "frontend/base/files/run_files.h"
 #include "frontend/base/number_text.h"
-#include "frontend/base/run_files.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
 DEFINE_string(ground_truth, "",

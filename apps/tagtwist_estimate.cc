@@ -164,6 +164,17 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
   return files.WritesSet("--output", ResultSet(job.output, kinds));
 }
 
+// What a run has to tell on stderr: of its live feed (nullptr without one), and its warnings.
+void TellOf(const LiveFeed* feed, Estimate* estimate) {
+  if (feed != nullptr) {
+    estimate->live->frames_dropped = feed->dropped();
+    std::cerr << "tagtwist_estimate: " << LiveText(*estimate) << "\n";
+  }
+  for (const std::string& warning : estimate->warnings) {
+    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
+  }
+}
+
 // Everything between the flags and the last line printed. --tracks is of this run alone: what a
 // calibration writes goes on with what the configuration said.
 Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanEnd* end) {
@@ -211,13 +222,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   auto estimate = RunEstimate(job.dataset, source->get(), config, options);
   if (!estimate) return estimate.error();
   if (stream && !stream->problem().empty()) estimate->warnings.push_back(stream->problem());
-  if (feed != nullptr) {
-    estimate->live->frames_dropped = feed->dropped();
-    std::cerr << "tagtwist_estimate: " << LiveText(*estimate) << "\n";
-  }
-  for (const std::string& warning : estimate->warnings) {
-    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
-  }
+  TellOf(feed, &*estimate);
   if (job.calibrate && !(*source)->imu().empty()) {
     context.gyro = AlignGyroTo(job, *estimate, config, (*source)->imu());
   }

@@ -10,8 +10,8 @@
 #include "estimator/jobs/map_recording.h"
 #include "estimator/report/files/map_svg.h"
 #include "estimator/report/files/mapping_text.h"
-#include "frontend/base/atomic_file.h"
-#include "frontend/base/run_files.h"
+#include "frontend/base/files/atomic_file.h"
+#include "frontend/base/files/run_files.h"
 #include "frontend/io/setup/tag_map_file.h"
 
 DEFINE_string(check, "",

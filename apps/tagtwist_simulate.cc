@@ -8,7 +8,7 @@
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
 #include "estimator/online/config.h"
-#include "frontend/base/run_files.h"
+#include "frontend/base/files/run_files.h"
 
 namespace tagtwist {
 namespace {

@@ -14,8 +14,8 @@
 #include <iostream>
 #include <utility>
 
-#include "frontend/base/file_set.h"
-#include "frontend/base/partial.h"
+#include "frontend/base/files/file_set.h"
+#include "frontend/base/files/partial.h"
 
 namespace tagtwist {
 namespace {

@@ -9,9 +9,9 @@
 #include "estimator/report/files/summary_json.h"
 #include "estimator/report/findings/comparison_table.h"
 #include "estimator/result/estimate.h"
-#include "frontend/base/file_set.h"
+#include "frontend/base/files/file_set.h"
+#include "frontend/base/files/run_files.h"
 #include "frontend/base/result.h"
-#include "frontend/base/run_files.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/tag_map.h"
 

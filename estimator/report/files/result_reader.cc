@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "estimator/report/files/states_csv.h"
-#include "frontend/base/file_set.h"
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/file_set.h"
+#include "frontend/base/files/input_file.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist {

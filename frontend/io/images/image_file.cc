@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 
 namespace tagtwist {
 namespace {

@@ -3,7 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-#include "frontend/base/partial.h"
+#include "frontend/base/files/partial.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist {

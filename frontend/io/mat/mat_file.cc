@@ -1,6 +1,6 @@
 #include "frontend/io/mat/mat_file.h"
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 #include "frontend/io/mat/mat_backends.h"
 
 namespace tagtwist {

@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "frontend/base/partial.h"
+#include "frontend/base/files/partial.h"
 #include "frontend/io/mat/mat_plain.h"
 #include "frontend/io/recordings/dataset_writer_kinds.h"
 #include "frontend/io/tables/stamps.h"

@@ -1,7 +1,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 #include "frontend/io/mat/mat_file.h"
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/io/recordings/data_source_kinds.h"

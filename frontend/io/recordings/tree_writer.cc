@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "frontend/base/atomic_file.h"
-#include "frontend/base/partial.h"
+#include "frontend/base/files/atomic_file.h"
+#include "frontend/base/files/partial.h"
 #include "frontend/io/images/image_file.h"
 #include "frontend/io/recordings/dataset_writer_kinds.h"
 #include "frontend/io/tables/detections_csv.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 #include "frontend/io/setup/camera_section.h"
 #include "frontend/io/setup/opencv_xml.h"
 #include "frontend/io/setup/yaml_reader.h"

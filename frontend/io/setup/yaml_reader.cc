@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <system_error>
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 #include "frontend/io/setup/yaml_tree.h"
 
 namespace tagtwist {

@@ -4,7 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 
 namespace tagtwist {
 namespace {

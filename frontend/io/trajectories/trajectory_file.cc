@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 #include "frontend/io/mat/mat_file.h"
 #include "frontend/io/tables/csv.h"
 #include "frontend/io/tables/stamps.h"

@@ -1,4 +1,4 @@
-#include "frontend/base/atomic_file.h"
+#include "frontend/base/files/atomic_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 #include "tests/support/temp_folder.h"
 
 namespace tagtwist {

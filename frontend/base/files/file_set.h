@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "frontend/base/partial.h"
+#include "frontend/base/files/partial.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist {

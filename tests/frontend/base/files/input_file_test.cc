@@ -1,4 +1,4 @@
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/input_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "frontend/base/partial.h"
+#include "frontend/base/files/partial.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

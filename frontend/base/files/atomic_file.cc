@@ -1,4 +1,4 @@
-#include "frontend/base/atomic_file.h"
+#include "frontend/base/files/atomic_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "frontend/base/partial.h"
+#include "frontend/base/files/partial.h"
 
 namespace tagtwist {
 namespace {

@@ -1,17 +1,16 @@
-#include "frontend/base/file_set.h"
+#include "frontend/base/files/file_set.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
 #include <system_error>
 #include <utility>
 
-#include "frontend/base/atomic_file.h"
-#include "frontend/base/input_file.h"
+#include "frontend/base/files/atomic_file.h"
+#include "frontend/base/files/file_set_commit.h"
+#include "frontend/base/files/input_file.h"
 
 namespace tagtwist {
 namespace {
@@ -85,29 +84,6 @@ void Undo(const std::vector<Move>& moves) {
   for (auto it = moves.rbegin(); it != moves.rend(); ++it) fs::rename(it->to, it->from, ignored);
 }
 
-// One line a file: "put states.csv", "remove map.yaml".
-struct Plan {
-  std::vector<std::string> put, remove;
-};
-
-std::string FormatPlan(const Plan& plan) {
-  std::string out;
-  for (const std::string& name : plan.put) out += "put " + name + "\n";
-  for (const std::string& name : plan.remove) out += "remove " + name + "\n";
-  return out;
-}
-
-Plan ParsePlan(const std::string& text) {
-  Plan out;
-  std::istringstream lines(text);
-  for (std::string verb, name; lines >> verb && std::getline(lines >> std::ws, name);) {
-    if (name.find('/') != std::string::npos || name == "." || name == "..") continue;
-    if (verb == "put") out.put.push_back(name);
-    if (verb == "remove") out.remove.push_back(name);
-  }
-  return out;
-}
-
 // Puts in place what an ended process had begun to. Told where something could not be.
 Status Finish(const fs::path& folder) {
   const fs::path commit = folder / kCommit;
@@ -115,7 +91,7 @@ Status Finish(const fs::path& folder) {
   if (!text) {
     return CannotWrite(folder.string(), commit.string() + " lacks its plan: remove it");
   }
-  const Plan plan = ParsePlan(*text);
+  const CommitPlan plan = ParseCommitPlan(*text);
   for (const std::string& name : plan.put) {
     std::error_code ignored, failure;
     if (!fs::exists(fs::symlink_status(commit / name, ignored))) continue;  // is there already
@@ -132,29 +108,11 @@ Status Finish(const fs::path& folder) {
   return Ok();
 }
 
-// True when nobody is at work on it, and then for as long as the lock lives.
-class CommitLock {
- public:
-  explicit CommitLock(const fs::path& folder)
-      : descriptor_(
-            ::open((folder / kCommit).c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {}
-  ~CommitLock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  CommitLock(const CommitLock&) = delete;
-  CommitLock& operator=(const CommitLock&) = delete;
-  bool is_there() const { return descriptor_ >= 0; }
-  bool Take() const { return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0; }
-
- private:
-  int descriptor_;
-};
-
 // Waits for another run's commit; finishes one whose run was ended. True where there was one such.
 Result<bool> FinishOther(const fs::path& folder) {
   constexpr int kMostWaits = 500;
   for (int i = 0; i < kMostWaits; ++i) {
-    const CommitLock lock(folder);
+    const CommitLock lock((folder / kCommit).string());
     if (!lock.is_there()) return false;
     if (lock.Take()) {
       if (const auto finished = Finish(folder); !finished) return finished.error();
@@ -277,12 +235,12 @@ Result<std::vector<std::string>> FileSet::Leaving(const std::vector<std::string>
 Status FileSet::CommitIntoFolder(const std::vector<std::string>& obsolete) {
   const auto leaving = Leaving(obsolete);
   if (!leaving) return leaving.error();
-  Plan plan{names_, {}};
+  CommitPlan plan{names_, {}};
   for (const std::string& name : *leaving) {
     if (std::find(names_.begin(), names_.end(), name) == names_.end()) plan.remove.push_back(name);
   }
   if (auto made = MakeFolders({partial_.path() + "/" + kReplaced}); !made) return made;
-  if (auto written = WriteFileAtomically(partial_.path() + "/" + kPlan, FormatPlan(plan));
+  if (auto written = WriteFileAtomically(partial_.path() + "/" + kPlan, FormatCommitPlan(plan));
       !written) {
     return written;
   }

@@ -1,4 +1,4 @@
-#include "frontend/base/file_set.h"
+#include "frontend/base/files/file_set.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

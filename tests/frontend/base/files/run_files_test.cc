@@ -1,4 +1,4 @@
-#include "frontend/base/run_files.h"
+#include "frontend/base/files/run_files.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

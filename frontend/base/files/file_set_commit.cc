@@ -1,0 +1,38 @@
+#include "frontend/base/files/file_set_commit.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <sstream>
+
+namespace tagtwist {
+
+std::string FormatCommitPlan(const CommitPlan& plan) {
+  std::string out;
+  for (const std::string& name : plan.put) out += "put " + name + "\n";
+  for (const std::string& name : plan.remove) out += "remove " + name + "\n";
+  return out;
+}
+
+CommitPlan ParseCommitPlan(const std::string& text) {
+  CommitPlan out;
+  std::istringstream lines(text);
+  for (std::string verb, name; lines >> verb && std::getline(lines >> std::ws, name);) {
+    if (name.find('/') != std::string::npos || name == "." || name == "..") continue;
+    if (verb == "put") out.put.push_back(name);
+    if (verb == "remove") out.remove.push_back(name);
+  }
+  return out;
+}
+
+CommitLock::CommitLock(const std::string& commit)
+    : descriptor_(::open(commit.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {}
+
+CommitLock::~CommitLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+bool CommitLock::Take() const { return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0; }
+
+}  // namespace tagtwist

@@ -1,0 +1,33 @@
+#pragma once
+#include <string>
+#include <vector>
+
+namespace tagtwist {
+
+/// What a FileSet that is being put in its place has still to do.
+struct CommitPlan {
+  std::vector<std::string> put, remove;  // names without a folder
+};
+
+/// One line a file: "put states.csv", "remove map.yaml".
+std::string FormatCommitPlan(const CommitPlan& plan);
+/// Lines that are none, and names with a folder in them, are passed over.
+CommitPlan ParseCommitPlan(const std::string& text);
+
+/// The right to put a set in its place: had by at most one process for as long as this lives.
+class CommitLock {
+ public:
+  /// `commit`: the folder that the set is in. It need not be there.
+  explicit CommitLock(const std::string& commit);
+  ~CommitLock();
+  CommitLock(const CommitLock&) = delete;
+  CommitLock& operator=(const CommitLock&) = delete;
+  bool is_there() const { return descriptor_ >= 0; }
+  /// False where somebody else has it.
+  bool Take() const;
+
+ private:
+  int descriptor_;
+};
+
+}  // namespace tagtwist
