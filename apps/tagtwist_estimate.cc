@@ -44,7 +44,7 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
 }
 
 // Where figures are told: rows have standard output to themselves.
-std::ostream& Told(const EstimateJob& job) { return job.stream == "-" ? std::cerr : std::cout; }
+std::ostream& Messages(const EstimateJob& job) { return job.stream == "-" ? std::cerr : std::cout; }
 
 // The refined set-up, told on standard output.
 Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
@@ -53,8 +53,8 @@ Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
   if (!source) return source.error();
   auto calibration = CalibrateRecording(job.dataset, source->get(), config, job.run, truth);
   if (!calibration) return calibration;
-  for (const std::string& line : CalibrationText(*calibration)) Told(job) << line << "\n";
-  Told(job) << "\n";
+  for (const std::string& line : CalibrationText(*calibration)) Messages(job) << line << "\n";
+  Messages(job) << "\n";
   return calibration;
 }
 
@@ -64,8 +64,9 @@ Result<Mapping> MapFirst(const EstimateJob& job, const Config& config) {
   mapping_job.mapping.tag_size_m = job.unknown_tag_size_m;
   auto mapping = MapUnknownTags(mapping_job, config);
   if (!mapping) return mapping;
-  Told(job) << mapping->map.tags().size() - config.map.tags().size() << " tags added to the map, "
-            << mapping->left_out.size() << " seen and not placed\n\n";
+  Messages(job) << mapping->map.tags().size() - config.map.tags().size()
+                << " tags added to the map, " << mapping->left_out.size()
+                << " seen and not placed\n\n";
   return mapping;
 }
 
@@ -79,7 +80,7 @@ std::optional<GyroAlignment> AlignGyroTo(const EstimateJob& job, const Estimate&
     camera.push_back({frame.t_ns, frame.state.world_from_body.rotation() * body_from_cam});
   }
   const auto gyro = AlignGyro(camera, imu);
-  Told(job) << (gyro ? GyroText(*gyro) : gyro.error().message) << "\n\n";
+  Messages(job) << (gyro ? GyroText(*gyro) : gyro.error().message) << "\n\n";
   return gyro ? std::optional<GyroAlignment>(*gyro) : std::nullopt;
 }
 
@@ -136,7 +137,7 @@ Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estima
   auto source = OpenForOverlay(job, config);
   if (!source) return source.error();
   const auto written = WriteOverlay(OverlayOptionsOf(job), config, estimate, source->get());
-  if (written) Told(job) << "overlay: " << job.overlay << "\n";
+  if (written) Messages(job) << "overlay: " << job.overlay << "\n";
   return written;
 }
 
@@ -231,8 +232,8 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   context.write_covariance = job.write_covariance;
   context.facts = {job.dataset, 1e-3 * watch.ElapsedMs(), PeakRssMib()};
   if (const auto written = WriteResults(job.output, *estimate, context); !written) return written;
-  Told(job) << FormatComparisonTable(context.rows) << "\nreport: " << job.output
-            << "/report.html\n";
+  Messages(job) << FormatComparisonTable(context.rows) << "\nreport: " << job.output
+                << "/report.html\n";
   return job.overlay.empty() ? Ok() : WriteOverlayOf(job, config, *estimate);
 }
 

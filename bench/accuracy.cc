@@ -48,7 +48,7 @@ Row ExactRow(const std::string& name, const ExactModelOptions& model) {
   Row row{name, static_cast<size_t>(FLAGS_exact_runs), true, {}};
   row.score = [model](uint64_t seed) {
     ExactModelOptions drawn = model;
-    drawn.seed = static_cast<unsigned>(seed);
+    drawn.random_seed = static_cast<unsigned>(seed);
     ExactModelFlight flight = DrawFlight(drawn);
     BenchRun run;
     for (size_t i = 0; i < flight.truth.size(); ++i) {

@@ -14,7 +14,7 @@
 #include "bench/run_bench.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/jobs/on_threads.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "frontend/base/option_check.h"
 #include "frontend/base/quantile.h"
 
@@ -91,28 +91,28 @@ Row BatchRow(const std::string& name, EstimatorSetup setup, const EstimatorOptio
           }};
 }
 
-Row SeedsRow(const EstimatorSetup& setup, const BenchRun& flight) {
-  return {"seeds of all frames", [&]() -> Result<std::vector<BodyState>> {
-            const auto seeds = SeedFrames(setup, flight.measurements);
-            if (!seeds) return seeds.error();
-            return StatesOf(*seeds);
+Row StartsRow(const EstimatorSetup& setup, const BenchRun& flight) {
+  return {"starts of all frames", [&]() -> Result<std::vector<BodyState>> {
+            const auto starts = StartFrames(setup, flight.measurements);
+            if (!starts) return starts.error();
+            return StatesOf(*starts);
           }};
 }
 
 Row PlainRow(const EstimatorSetup& setup, const NoiseModel& noise,
-             const std::vector<GraphFrame>& seeds) {
-  return {"plain Ceres", [&setup, noise, &seeds]() -> Result<std::vector<BodyState>> {
-            std::vector<GraphFrame> frames = seeds;
+             const std::vector<GraphFrame>& starts) {
+  return {"plain Ceres", [&setup, noise, &starts]() -> Result<std::vector<BodyState>> {
+            std::vector<GraphFrame> frames = starts;
             if (!SolvePlainly(setup, noise, &frames)) return Error{"plain Ceres found no solution"};
             return StatesOf(frames);
           }};
 }
 
 Row SolveRow(const std::string& name, const EstimatorSetup& setup, const NoiseModel& noise,
-             const std::vector<GraphFrame>& seeds) {
-  return {name, [&setup, noise, &seeds]() -> Result<std::vector<BodyState>> {
+             const std::vector<GraphFrame>& starts) {
+  return {name, [&setup, noise, &starts]() -> Result<std::vector<BodyState>> {
             GraphInput input;
-            input.frames = seeds;
+            input.frames = starts;
             const auto solution =
                 SolveAndInvert(setup, noise, input, {setup.options.max_iterations});
             if (!solution) return solution.error();
@@ -145,18 +145,19 @@ Status Measure() {
   threaded.for_ranges = OnOpenCvThreads(FLAGS_threads);
   EstimatorSetup on_acceleration = setup;
   on_acceleration.options.motion_prior = "acceleration";
-  const auto seeds = SeedFrames(setup, flight->measurements);
-  if (!seeds) return seeds.error();
+  const auto starts = StartFrames(setup, flight->measurements);
+  if (!starts) return starts.error();
   const auto learned = RunBatch(setup, flight->measurements);
   const auto constant_velocity = RunBatch(on_acceleration, flight->measurements);
   if (!learned) return learned.error();
   if (!constant_velocity) return constant_velocity.error();
 
   std::vector<Row> rows = {
-      PlainRow(setup, constant_velocity->noise, *seeds),
-      SolveRow("tagtwist, same graph: solve + covariance", setup, constant_velocity->noise, *seeds),
-      SolveRow("tagtwist, white jerk: solve + covariance", setup, learned->noise, *seeds),
-      SeedsRow(setup, *flight),
+      PlainRow(setup, constant_velocity->noise, *starts),
+      SolveRow("tagtwist, same graph: solve + covariance", setup, constant_velocity->noise,
+               *starts),
+      SolveRow("tagtwist, white jerk: solve + covariance", setup, learned->noise, *starts),
+      StartsRow(setup, *flight),
       BatchRow("tagtwist batch, all but files, noise given", setup, Given(options, learned->noise),
                *flight),
       BatchRow("tagtwist batch, all but files, noise learned", setup, options, *flight),
@@ -179,7 +180,7 @@ Usage BatchUsage() {
   return {"batch",
           "[--duration S] [...]",
           "What a batch takes from corners on, beside the same problem in plain Ceres (automatic\n"
-          "differentiation, one residual block a corner, no covariance) from the same seeds.",
+          "differentiation, one residual block a corner, no covariance) from the same starts.",
           {{"The flight", {"duration", "corner_noise_px", "seed"}},
            {"Running", {"repeat", "threads"}}}};
 }

@@ -61,7 +61,7 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
   CalibrationFlightOptions options;
   options.frames = FLAGS_frames;
   options.rate_hz = 10;
-  options.seed = seed;
+  options.random_seed = seed;
   options.tag_bend_sigma = 1e-3 * FLAGS_bend_mm / TagGrid().tag_size_m;
   options.line_time_s = 1e-6 * FLAGS_line_time_us;
   CalibrationFlight flight = DrawCalibrationFlight(options);

@@ -53,7 +53,7 @@ Result<std::vector<SimulatedFrame>> RenderFlight(const Config& config) {
   const auto stamps_ns = MakeStamps(path->first_ns(), path->last_ns(), stamp_options);
   if (!stamps_ns) return stamps_ns.error();
   SimulatorOptions options;
-  options.seed = static_cast<uint64_t>(FLAGS_seed);
+  options.random_seed = static_cast<uint64_t>(FLAGS_seed);
   options.exposure_s = 1e-3 * FLAGS_exposure_ms;
   options.renderer.noise_grey = FLAGS_noise;
   const auto simulator =

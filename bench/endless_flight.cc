@@ -16,7 +16,7 @@ Result<EndlessFlight> EndlessFlight::Make(const Config& config, const std::strin
   SimulatorOptions options;
   options.images = false;
   options.corner_noise_px = corner_noise_px;
-  options.seed = seed;
+  options.random_seed = seed;
   auto simulator = Simulator::Make(config.camera, config.cam_from_body, config.map, *path, options);
   if (!simulator) return simulator.error();
   return EndlessFlight(std::move(*simulator), rate_hz);

@@ -75,11 +75,11 @@ Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, d
   if (!path) return path.error();
   StampOptions stamp_options;
   stamp_options.jitter_s = flight.jitter_s;
-  stamp_options.seed = seed;
+  stamp_options.random_seed = seed;
   const auto stamps_ns = MakeStamps(path->first_ns(), path->last_ns(), stamp_options);
   if (!stamps_ns) return stamps_ns.error();
   SimulatorOptions options = flight.simulator;
-  options.seed = seed;
+  options.random_seed = seed;
   const auto simulator =
       Simulator::Make(config.camera, config.cam_from_body, config.map, *path, options);
   if (!simulator) return simulator.error();

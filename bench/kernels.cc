@@ -12,7 +12,7 @@
 #include "estimator/online/config.h"
 #include "estimator/solve/banded_solver.h"
 #include "estimator/solve/noise_learning.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "estimator/window/sliding_window.h"
 #include "frontend/front_end.h"
 #include "frontend/simulation/named_flights.h"
@@ -76,7 +76,7 @@ struct Corners {
   }
   Graph MakeGraph() const {
     GraphInput input;
-    input.frames = OrExit(SeedFrames(setup, frames));
+    input.frames = OrExit(StartFrames(setup, frames));
     return BuildGraph(setup, InitialNoise(setup.options), input);
   }
 };
@@ -202,15 +202,15 @@ void BandedInverse(benchmark::State& state) {
 }
 BENCHMARK(BandedInverse)->Unit(benchmark::kMicrosecond);
 
-void SolveFromSeeds(benchmark::State& state) {
-  const Graph seeds = Corners().MakeGraph();
+void SolveFromStarts(benchmark::State& state) {
+  const Graph start = Corners().MakeGraph();
   for (auto _ : state) {
-    Graph graph = seeds;
+    Graph graph = start;
     benchmark::DoNotOptimize(SolveBanded({}, &graph));
   }
   state.SetItemsProcessed(state.iterations() * kFrames);
 }
-BENCHMARK(SolveFromSeeds)->Unit(benchmark::kMillisecond);
+BENCHMARK(SolveFromStarts)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace tagtwist

@@ -65,7 +65,7 @@ Result<OnlineMethod> OnlineMethod::Create(const Config& config, bool guided) {
   if (!detector) return detector.error();
   auto refiner = CornerRefiner::Create(config.map, config.camera);
   if (!refiner) return refiner.error();
-  return OnlineMethod(guided ? WithFewTracks(config) : config, guided, std::move(*detector),
+  return OnlineMethod(guided ? ForOnlineUse(config) : config, guided, std::move(*detector),
                       std::move(*refiner), std::move(*follower));
 }
 
@@ -96,7 +96,8 @@ Status OnlineMethod::Add(const SimulatedFrame& frame) {
   measurement.tracks = front_end_.Track(measurement.tags, frame.image);
   track_ms_.push_back(track_watch.ElapsedMs());
   const CpuClock seed_watch;
-  measurement.closed_form = front_end_.Seed(frame.t_ns, measurement.tags, measurement.tracks);
+  measurement.closed_form =
+      front_end_.ClosedFormOf(frame.t_ns, measurement.tags, measurement.tracks);
   seed_ms_.push_back(seed_watch.ElapsedMs());
   const CpuClock window_watch;
   const auto output = window_.Add(measurement);

@@ -127,12 +127,12 @@ void AddPicture(const TagMap& map, const Camera& camera, const Pose& world_from_
     score->wrong += worst_px > 1 ? 1 : 0;
     score->corner_px.push_back(worst_px);
   }
-  const PoseSeed seed = SeedPose(tags, map, camera, Pose());
-  if (seed.status != PoseSeedStatus::kOk) {
+  const FramePose found = FindFramePose(tags, map, camera, Pose());
+  if (found.status != FramePoseStatus::kOk) {
     ++score->without_pose;
     return;
   }
-  const Pose off = Inverse(world_from_cam) * seed.world_from_body;
+  const Pose off = Inverse(world_from_cam) * found.world_from_body;
   score->offset_mm.push_back(1e3 * off.translation().norm());
   score->turn_deg.push_back(LogSo3(off.rotation()).norm() * 180 / kPi);
 }

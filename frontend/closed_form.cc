@@ -140,7 +140,7 @@ void ClosedFormEstimator::UpdateTwists(int64_t t_ns, const std::vector<FlowPoint
   ransac.success = options_.ransac_success;
   ransac.inlier_ratio = options_.ransac_inlier_ratio;
   ransac.enough_inliers = options_.ransac_enough_inliers;
-  ransac.seed = static_cast<uint64_t>(options_.ransac_seed) + static_cast<uint64_t>(t_ns);
+  ransac.random_seed = static_cast<uint64_t>(options_.ransac_seed) + static_cast<uint64_t>(t_ns);
   const TwistRansacResult robust = EstimateTwistRansac(flow, ransac);
   if (!robust.twist_of_cam_in_cam) return;
   closed_form->twist_ransac = in_body(*robust.twist_of_cam_in_cam);

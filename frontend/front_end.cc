@@ -12,7 +12,7 @@ FrameMeasurements FrontEnd::Process(int64_t t_ns, const std::vector<TagDetection
   frame.t_ns = t_ns;
   frame.tags = tags;
   frame.tracks = Track(tags, image);
-  frame.closed_form = Seed(t_ns, tags, frame.tracks);
+  frame.closed_form = ClosedFormOf(t_ns, tags, frame.tracks);
   return frame;
 }
 
@@ -21,8 +21,8 @@ std::vector<TrackObservation> FrontEnd::Track(const std::vector<TagDetection>& t
   return tracker_.Track(image, tags);
 }
 
-ClosedForm FrontEnd::Seed(int64_t t_ns, const std::vector<TagDetection>& tags,
-                          const std::vector<TrackObservation>& tracks) {
+ClosedForm FrontEnd::ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,
+                                  const std::vector<TrackObservation>& tracks) {
   return closed_form_.Update(t_ns, tags, tracks);
 }
 

@@ -21,8 +21,8 @@ struct FrontEndOptions {
 /// Images to measurements, frame after frame. Its state is what the seed's method carries over: the
 /// open tracks with the previous image, the previous frame's pose and stamp, the low-pass.
 /// Detection needs no state and is a call of its own (TagDetector, then FilterTags), so that a
-/// caller can run it ahead. Track and Seed are the two stages of Process, for callers that time
-/// them.
+/// caller can run it ahead. Track and ClosedFormOf are the two stages of Process, for callers that
+/// time them.
 class FrontEnd {
  public:
   FrontEnd(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
@@ -33,8 +33,8 @@ class FrontEnd {
   FrameMeasurements Process(int64_t t_ns, const std::vector<TagDetection>& tags,
                             const cv::Mat& image);
   std::vector<TrackObservation> Track(const std::vector<TagDetection>& tags, const cv::Mat& image);
-  ClosedForm Seed(int64_t t_ns, const std::vector<TagDetection>& tags,
-                  const std::vector<TrackObservation>& tracks);
+  ClosedForm ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,
+                          const std::vector<TrackObservation>& tracks);
 
  private:
   KltTracker tracker_;

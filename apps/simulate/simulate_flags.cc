@@ -33,7 +33,7 @@ DEFINE_double(duration, Defaults().duration_s,
 DEFINE_double(height, Defaults().height_m, "Height of a named flight over the mat [m].");
 DEFINE_double(rate, Defaults().rate_hz, "Frames a second, without --image_times.");
 DEFINE_double(jitter_ms, 1e3 * Defaults().jitter_s, "Stamps move by up to this, either way [ms].");
-DEFINE_uint64(seed, Sim().seed, "Of everything random. Same seed, same bytes.");
+DEFINE_uint64(seed, Sim().random_seed, "Of everything random. Same seed, same bytes.");
 DEFINE_double(noise, Look().noise_grey, "Sensor noise, standard deviation [grey levels].");
 DEFINE_double(blur_px, Look().blur_px, "Defocus, standard deviation of a Gaussian [px].");
 DEFINE_double(exposure_ms, 1e3 * Sim().exposure_s,
@@ -121,7 +121,7 @@ RendererOptions LookFromFlags() {
 SimulatorOptions SimulatorFromFlags() {
   SimulatorOptions out;
   out.renderer = LookFromFlags();
-  out.seed = FLAGS_seed;
+  out.random_seed = FLAGS_seed;
   out.images = FLAGS_images;
   out.exposure_s = 1e-3 * FLAGS_exposure_ms;
   out.corner_noise_px = FLAGS_corner_noise_px;

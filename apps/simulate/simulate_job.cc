@@ -28,7 +28,7 @@ std::optional<std::string> SimulateJob::Problem() const {
   flight.duration_s = duration_s != 0 ? duration_s : kNamedFlightS;
   flight.height_m = height_m;
   for (const auto& problem :
-       {flight.Problem(), StampOptions{rate_hz, jitter_s, simulator.seed}.Problem(),
+       {flight.Problem(), StampOptions{rate_hz, jitter_s, simulator.random_seed}.Problem(),
         simulator.Problem(), CheckRange("threads", threads, 0, 256)}) {
     if (problem) return problem;
   }
@@ -82,7 +82,7 @@ Result<std::vector<int64_t>> PrepareStamps(const SimulateJob& job,
     last_ns = std::min<int64_t>(last_ns, first_ns + std::llround(1e9 * job.duration_s));
   }
   if (job.image_times.empty()) {
-    return MakeStamps(first_ns, last_ns, {job.rate_hz, job.jitter_s, job.simulator.seed});
+    return MakeStamps(first_ns, last_ns, {job.rate_hz, job.jitter_s, job.simulator.random_seed});
   }
   const auto stamps = ReadImageTimes(job.image_times);
   if (!stamps) return stamps.error();

@@ -11,7 +11,7 @@
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/prior_power.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "estimator/start/tags_at_stamp.h"
 #include "frontend/base/format_text.h"
 
@@ -76,8 +76,8 @@ std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
                                               const Solution& solution) {
   std::vector<StateCovariance> out;
   if (MotionIsLearned(options)) {
-    const PriorCalibration calibration = CalibratePrior(solution.graph);
-    out = Calibrated(calibration.statistic.Power(), calibration);
+    const PriorPower prior = FindPriorPower(solution.graph);
+    out = WithPriorPower(prior.statistic.Power(), prior);
   }
   if (!out.empty()) return out;
   for (int k = 0; k < solution.covariance.size(); ++k) {
@@ -128,7 +128,7 @@ Result<Solution> BatchEstimator::SolveWithTrustedTags(const std::vector<int>& st
   for (size_t i = 0; i < state_of_frame.size(); ++i) {
     if (state_of_frame[i] >= 0) seen.push_back(&measurements_[i].tags);
   }
-  // What is left out may have misled a seed or hidden another fault: until nothing changes.
+  // What is left out may have misled a start or hidden another fault: until nothing changes.
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool readmit = round == 0;
@@ -207,23 +207,23 @@ TagAudit BatchEstimator::Audit(const std::vector<GraphFrame>& solved,
 Result<BatchResult> BatchEstimator::Solve() const {
   if (!set_up_is_right_) return set_up_is_right_.error();
   if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
-  auto seeds = SeedFrames(setup_, measurements_);
-  if (!seeds) return seeds.error();
+  auto starts = StartFrames(setup_, measurements_);
+  if (!starts) return starts.error();
   BatchResult out;
   out.noise = InitialNoise(setup_.options);
-  const std::optional<SteadyClock> clock = ChooseClock(setup_, *seeds, &out.noise);
-  if (clock) TakeAtTimes(clock->t_ns, &*seeds);
-  out.noise = ChooseNoise(setup_, *seeds, out.noise);
-  const std::vector<int> state_of_frame = StatesOfFrames(setup_, *seeds, segmenter_.segments());
-  GraphInput input = InputOfStates(state_of_frame, segmenter_.segments(), &*seeds);
+  const std::optional<SteadyClock> clock = ChooseClock(setup_, *starts, &out.noise);
+  if (clock) TakeAtTimes(clock->t_ns, &*starts);
+  out.noise = ChooseNoise(setup_, *starts, out.noise);
+  const std::vector<int> state_of_frame = StatesOfFrames(setup_, *starts, segmenter_.segments());
+  GraphInput input = InputOfStates(state_of_frame, segmenter_.segments(), &*starts);
   TrackTally tracks = TallyOf(input.segments);
   auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
   out.trajectory = MakeTrajectory(std::move(*solution), out.noise);
-  for (size_t i = 0; i < seeds->size(); ++i) {
-    GraphFrame& frame = (*seeds)[i];
+  for (size_t i = 0; i < starts->size(); ++i) {
+    GraphFrame& frame = (*starts)[i];
     const int k = state_of_frame[i];
     if (k >= 0) {
       frame = std::move(input.frames[static_cast<size_t>(k)]);
@@ -231,8 +231,8 @@ Result<BatchResult> BatchEstimator::Solve() const {
       frame.state = out.trajectory.At(frame.t_ns)->state;
     }
   }
-  const TagAudit audit = Audit(*seeds, state_of_frame, &out);
-  FillFrames(std::move(*seeds), state_of_frame, covariances, clock, &out);
+  const TagAudit audit = Audit(*starts, state_of_frame, &out);
+  FillFrames(std::move(*starts), state_of_frame, covariances, clock, &out);
   out.warnings = audit.Warnings();
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estimator/calibration/solver.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "frontend/types/truth.h"
 
 namespace tagtwist {
@@ -26,7 +26,7 @@ CalibrationState StateOf(const SetUp& set_up) {
 }
 
 std::vector<CalibrationFrame> MakeFrames(const CalibrationInput& input,
-                                         const std::vector<GraphFrame>& seeds,
+                                         const std::vector<GraphFrame>& starts,
                                          const std::vector<TruthSample>& truth) {
   std::unordered_map<int, int> index;
   for (const Tag& tag : input.set_up.map.tags())
@@ -34,14 +34,15 @@ std::vector<CalibrationFrame> MakeFrames(const CalibrationInput& input,
   const Pose body_from_cam = Inverse(input.set_up.rig.front().cam_from_body);
   const double clock_sigma_s = input.options.time_offset_sigma_s;
   std::vector<CalibrationFrame> out;
-  for (const GraphFrame& seed : seeds) {
-    if (seed.tags.empty()) continue;
+  for (const GraphFrame& start : starts) {
+    if (start.tags.empty()) continue;
     CalibrationFrame frame;
-    frame.t_ns = seed.t_ns;
-    frame.world_from_cam = seed.state.world_from_body * body_from_cam;
-    frame.has_truth = HasTruthAround(truth, seed.t_ns, kClockSigmas * clock_sigma_s, kMaxTruthGapS);
+    frame.t_ns = start.t_ns;
+    frame.world_from_cam = start.state.world_from_body * body_from_cam;
+    frame.has_truth =
+        HasTruthAround(truth, start.t_ns, kClockSigmas * clock_sigma_s, kMaxTruthGapS);
     std::vector<CalibrationView> views;
-    for (const TagDetection& tag : seed.tags) {
+    for (const TagDetection& tag : start.tags) {
       CalibrationView view;
       view.tag = index.at(tag.id);
       view.pixels = tag.corners;
@@ -116,13 +117,13 @@ Result<CalibrationProblem> MakeCalibrationProblem(
   const RigCamera& camera = input.set_up.rig.front();
   const EstimatorSetup setup =
       MakeEstimatorSetup(camera.camera, camera.cam_from_body, input.set_up.map, input.estimator);
-  const auto seeds = SeedFrames(setup, measurements);
-  if (!seeds) return seeds.error();
+  const auto starts = StartFrames(setup, measurements);
+  if (!starts) return starts.error();
   CalibrationProblem out;
   out.prior = StateOf(input.set_up);
   out.truth = truth;
   out.robust_scale = input.estimator.robust_scale;
-  out.frames = MakeFrames(input, *seeds, truth);
+  out.frames = MakeFrames(input, *starts, truth);
   UpdateMotion(&out.frames);
   if (camera.line_time_s != 0 || input.options.line_time_sigma_s > 0) {
     DropStandAlone(&out.frames);

@@ -26,11 +26,11 @@ using Placed = std::map<int, Tag>;  // by id
 std::vector<Pose> TagMinima(const TagDetection& tag, const Camera& camera,
                             const MappingOptions& options) {
   const TagMap alone(options.family, {Tag{tag.id, Pose(), options.tag_size_m}});
-  const PoseSeed seed = SeedPose({tag}, alone, camera, Pose());
+  const FramePose found = FindFramePose({tag}, alone, camera, Pose());
   std::vector<Pose> out;
-  if (seed.status != PoseSeedStatus::kOk) return out;
-  out.push_back(Inverse(seed.world_from_body));
-  for (const Pose& other : seed.alternatives) out.push_back(Inverse(other));
+  if (found.status != FramePoseStatus::kOk) return out;
+  out.push_back(Inverse(found.world_from_body));
+  for (const Pose& other : found.alternatives) out.push_back(Inverse(other));
   return out;
 }
 
@@ -130,21 +130,22 @@ class Mapper {
     return {options_.family, std::move(tags)};
   }
 
-  PoseSeed Seed(size_t frame, const Placed& placed, std::vector<TagDetection>* known) const {
+  FramePose PoseOfFrame(size_t frame, const Placed& placed,
+                        std::vector<TagDetection>* known) const {
     for (const TagDetection& tag : measurements_[frame].tags) {
       if (placed.count(tag.id) > 0) known->push_back(tag);
     }
     if (known->empty()) return {};
-    return SeedPose(*known, MapOf(placed), camera_, Pose());
+    return FindFramePose(*known, MapOf(placed), camera_, Pose());
   }
 
   // All minima of the camera's pose.
   std::vector<Pose> WorldFromCam(size_t frame, const Placed& placed) const {
     std::vector<TagDetection> known;
-    const PoseSeed seed = Seed(frame, placed, &known);
-    if (seed.status != PoseSeedStatus::kOk) return {};
-    std::vector<Pose> out = {seed.world_from_body};
-    out.insert(out.end(), seed.alternatives.begin(), seed.alternatives.end());
+    const FramePose found = PoseOfFrame(frame, placed, &known);
+    if (found.status != FramePoseStatus::kOk) return {};
+    std::vector<Pose> out = {found.world_from_body};
+    out.insert(out.end(), found.alternatives.begin(), found.alternatives.end());
     return out;
   }
 
@@ -152,14 +153,14 @@ class Mapper {
   void AddFrame(size_t i, const Placed& placed, const std::map<int, int>& index,
                 std::vector<CalibrationFrame>* frames) const {
     std::vector<TagDetection> known;
-    const PoseSeed seed = Seed(i, placed, &known);
-    if (seed.status != PoseSeedStatus::kOk || !seed.alternatives.empty()) return;
+    const FramePose found = PoseOfFrame(i, placed, &known);
+    if (found.status != FramePoseStatus::kOk || !found.alternatives.empty()) return;
     CalibrationFrame frame;
     frame.t_ns = measurements_[i].t_ns;
-    frame.world_from_cam = seed.world_from_body;
+    frame.world_from_cam = found.world_from_body;
     std::vector<CalibrationView> views;
     for (size_t k = 0; k < known.size(); ++k) {
-      if (!seed.tag_inlier[k]) continue;
+      if (!found.tag_inlier[k]) continue;
       CalibrationView view;
       view.tag = index.at(known[k].id);
       view.pixels = known[k].corners;

@@ -26,7 +26,7 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
 
 Result<MeasurementStream> MeasurementStream::CreateGuided(DataSource* source, const Config& config,
                                                           PosePredictor predict) {
-  auto out = Create(source, WithFewTracks(config), /*use_detections=*/false, /*threads=*/1);
+  auto out = Create(source, ForOnlineUse(config), /*use_detections=*/false, /*threads=*/1);
   if (!out) return out;
   auto follower = TagFollower::Create(config.map, config.camera, config.cam_from_body,
                                       config.front_end.detector);
@@ -133,7 +133,7 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   out.track_ms = track_watch.ElapsedMs();
   const Stopwatch seed_watch;
   out.measurements.closed_form =
-      front_end_.Seed(frame.t_ns, detected.tags, out.measurements.tracks);
+      front_end_.ClosedFormOf(frame.t_ns, detected.tags, out.measurements.tracks);
   out.seed_ms = seed_watch.ElapsedMs();
   return std::optional<MeasuredFrame>(std::move(out));
 }

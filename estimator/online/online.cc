@@ -13,7 +13,7 @@ std::optional<PosePrediction> PredictPose(const SlidingWindow& window, int64_t t
                         window.noise().corner_sigma_px};
 }
 
-Config WithFewTracks(Config config) {
+Config ForOnlineUse(Config config) {
   KltOptions& klt = config.front_end.klt;
   const int most = config.estimator.use_tracks ? config.estimator.max_tracks_per_frame : 0;
   klt.max_points = std::min(klt.max_points, 2 * most);

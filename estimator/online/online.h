@@ -14,6 +14,6 @@ std::optional<PosePrediction> PredictPose(const SlidingWindow& window, int64_t t
 
 /// The configuration with no more tracks than the graph takes (twice as many, for the RANSAC and
 /// for those that lie on tags), and none while tags replace them.
-Config WithFewTracks(Config config);
+Config ForOnlineUse(Config config);
 
 }  // namespace tagtwist

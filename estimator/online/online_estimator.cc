@@ -19,7 +19,7 @@ Result<OnlineEstimator> OnlineEstimator::Create(const Config& config) {
   }
   auto follower = TagFollower::Create(config.map, config.camera, config.cam_from_body, options);
   if (!follower) return follower.error();
-  return OnlineEstimator(WithFewTracks(config), std::move(*follower), std::nullopt);
+  return OnlineEstimator(ForOnlineUse(config), std::move(*follower), std::nullopt);
 }
 
 OnlineEstimator::OnlineEstimator(const Config& config, std::optional<TagFollower> follower,

@@ -20,8 +20,8 @@ ceres::Solver::Options MakeCeresOptions(const SolveOptions& options, Graph* grap
   out.parameter_tolerance = 1e-12;
   out.num_threads = 1;
   out.logging_type = ceres::SILENT;
-  // Seeds are near: begin as Gauss-Newton. Any damping that shows beside the stiff motion prior
-  // would hold back frames without tags, which only the prior ties.
+  // The starts are near: begin as Gauss-Newton. Any damping that shows beside the stiff motion
+  // prior would hold back frames without tags, which only the prior ties.
   out.initial_trust_region_radius = 1e16;
   out.max_trust_region_radius = 1e16;
   const bool dense = graph->states.size() <= kDenseStates;

@@ -21,7 +21,7 @@ void DropSegments(const std::vector<bool>& drop, GraphInput* input) {
 
 // A round: solves under this noise, as finely as a last round must be or coarsely; leaves its
 // statistics, and whether it took anything out of the problem.
-struct Round {
+struct NoiseRound {
   Result<Solution> solution;
   NoiseStatistics statistics;
   bool has_dropped = false;
@@ -37,7 +37,7 @@ Result<Solution> Learn(const EstimatorOptions& options, bool is_open, const Lear
   double change = is_open ? 1 : 0;
   for (int i = 0; i < kMaxRounds && change >= learn.settled; ++i) {
     const bool may_be_last = change < kNear;
-    Round round = make_round(*noise, may_be_last);
+    NoiseRound round = make_round(*noise, may_be_last);
     if (!round.solution) return round.solution;
     const NoiseModel updated = UpdateNoise(*noise, round.statistics, options, learn.least_dof);
     change = NoiseChange(updated, *noise);
@@ -60,8 +60,9 @@ SolveOptions Coarse(const SolveOptions& options) {
 Result<Solution> LearnInGraph(const EstimatorSetup& setup, const SolveOptions& options,
                               GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
   const StateRange all{0, static_cast<int>(input->frames.size())};
-  const auto round = [&](const NoiseModel& with, bool fine) -> Round {
-    Round out{SolveAndInvert(setup, with, *input, fine ? options : Coarse(options)), {}, false};
+  const auto round = [&](const NoiseModel& with, bool fine) -> NoiseRound {
+    NoiseRound out{
+        SolveAndInvert(setup, with, *input, fine ? options : Coarse(options)), {}, false};
     if (!out.solution) return out;
     const Graph& graph = out.solution->graph;
     TakeStates(graph, &input->frames);
@@ -81,7 +82,7 @@ Result<Solution> LearnInChain(const EstimatorSetup& setup, const SolveOptions& o
                               GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
   constexpr double kNeglected = 1e-2;
   FrameChain chain(setup, *input);
-  const auto round = [&](const NoiseModel& with, bool fine) -> Round {
+  const auto round = [&](const NoiseModel& with, bool fine) -> NoiseRound {
     auto solution =
         fine ? chain.Solve(with, options, 0) : chain.Solve(with, Coarse(options), kNeglected);
     if (!solution) return {Error{"no solution by full steps"}, {}, false};

@@ -91,19 +91,19 @@ double PowerStatistic::Power() const {
   return std::clamp(1 + (RawPower() - 1) * precision / (1 + precision), 0.05, 5.0);
 }
 
-PriorCalibration CalibratePrior(const Graph& graph) {
-  PriorCalibrator calibrator(graph);
-  while (!calibrator.done()) calibrator.Step();
-  return calibrator.result();
+PriorPower FindPriorPower(const Graph& graph) {
+  PriorPowerFinder finder(graph);
+  while (!finder.done()) finder.Step();
+  return finder.result();
 }
 
-PriorCalibrator::PriorCalibrator(const Graph& graph)
+PriorPowerFinder::PriorPowerFinder(const Graph& graph)
     : total_(Linearize(graph)), motion_(Linearize(graph, MotionFactors(graph))) {
   result_.of_prior.assign(graph.states.size(), StateCovariance::Zero());
   if (graph.states.size() < 2) step_ = kSteps;
 }
 
-PriorCalibrator::BlocksOfInverse PriorCalibrator::Invert(BlockBandedCholesky cholesky) const {
+PriorPowerFinder::BlocksOfInverse PriorPowerFinder::Invert(BlockBandedCholesky cholesky) const {
   const BlockBandedMatrix p = std::move(cholesky).SelectedInverse();
   BlocksOfInverse out;
   out.trace = TraceOfProduct(p, motion_.hessian);
@@ -111,13 +111,14 @@ PriorCalibrator::BlocksOfInverse PriorCalibrator::Invert(BlockBandedCholesky cho
   return out;
 }
 
-std::optional<PriorCalibrator::BlocksOfInverse> PriorCalibrator::InvertAt(double log_scale) const {
+std::optional<PriorPowerFinder::BlocksOfInverse> PriorPowerFinder::InvertAt(
+    double log_scale) const {
   BlockBandedCholesky cholesky(Sum(total_.hessian, motion_.hessian, std::exp(log_scale) - 1));
   if (!cholesky.ok()) return std::nullopt;
   return Invert(std::move(cholesky));
 }
 
-void PriorCalibrator::Step() {
+void PriorPowerFinder::Step() {
   switch (step_++) {
     case 0:
       stiff_ = InvertAt(kStep);
@@ -130,7 +131,7 @@ void PriorCalibrator::Step() {
   }
 }
 
-void PriorCalibrator::Finish() {
+void PriorPowerFinder::Finish() {
   BlockBandedCholesky middle(std::move(total_.hessian));
   if (!stiff_ || !loose_ || !middle.ok()) return;
   for (size_t i = 0; i < result_.of_prior.size(); ++i) {
@@ -148,18 +149,18 @@ void PriorCalibrator::Finish() {
   result_.statistic.noise_alone = (result_.statistic.under_prior + slope) / 2;
 }
 
-std::vector<StateCovariance> Calibrated(double power, const PriorCalibration& calibration) {
-  std::vector<StateCovariance> out = calibration.covariances;
+std::vector<StateCovariance> WithPriorPower(double power, const PriorPower& prior) {
+  std::vector<StateCovariance> out = prior.covariances;
   if (power == 1 || out.empty()) return out;
   std::vector<double> shares;
   for (size_t i = 0; i < out.size(); ++i) {
-    shares.push_back(PriorShare(calibration.of_prior[i], out[i]));
+    shares.push_back(PriorShare(prior.of_prior[i], out[i]));
   }
   const double typical = Quantile(shares, 0.5);
   for (size_t i = 0; i < out.size(); ++i) {
     const double of_measurements = std::clamp((1 - shares[i]) / (1 - typical), 0.0, 1.0);
     const double weight = power < 1 ? of_measurements * of_measurements : 1.0;
-    out[i] += weight * (power - 1) * calibration.of_prior[i];
+    out[i] += weight * (power - 1) * prior.of_prior[i];
   }
   return out;
 }

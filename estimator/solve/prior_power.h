@@ -14,7 +14,7 @@ namespace tagtwist {
 /// prior's assumption, and most flights are smoother. The smoothed states' covariance then promises
 /// errors that do not come, up to half of the velocity's variance, or, on rougher flights, too few.
 ///
-/// T of CalibratePrior, and what it would be on average if there were nothing but noise, and if the
+/// T of FindPriorPower, and what it would be on average if there were nothing but noise, and if the
 /// prior held: of one recording or summed over several pieces.
 struct PowerStatistic {
   double found = 0, noise_alone = 0, under_prior = 0;
@@ -28,7 +28,7 @@ struct PowerStatistic {
   double Power() const;
 };
 
-struct PriorCalibration {
+struct PriorPower {
   PowerStatistic statistic;
   /// The share of each state's covariance that comes of the prior, P A'A P: the variance of the
   /// smoothed states' bias if the prior holds. The rest is the measurements' noise.
@@ -41,17 +41,17 @@ struct PriorCalibration {
 /// quadratic form T = r'A P A'r weighs the motion most at the limit of resolution. Its expectation
 /// is tr(M - M^2) under the prior, tr(M^2 - M^3) if there is nothing but noise, M = P A'A; the
 /// traces are derivatives of tr(M) by the logarithm of the density.
-PriorCalibration CalibratePrior(const Graph& graph);
+PriorPower FindPriorPower(const Graph& graph);
 
 /// The same in steps of like length, for whoever has little time at once: the graph is linearised
 /// at first, and each of three steps factorises and inverts.
-class PriorCalibrator {
+class PriorPowerFinder {
  public:
-  explicit PriorCalibrator(const Graph& graph);
+  explicit PriorPowerFinder(const Graph& graph);
   bool done() const { return step_ == kSteps; }
   void Step();
   /// Once it is done.
-  const PriorCalibration& result() const { return result_; }
+  const PriorPower& result() const { return result_; }
 
  private:
   static constexpr int kSteps = 3;
@@ -66,13 +66,13 @@ class PriorCalibrator {
 
   LinearSystem total_, motion_;
   std::optional<BlocksOfInverse> stiff_, loose_;
-  PriorCalibration result_;
+  PriorPower result_;
   int step_ = 0;
 };
 
 /// The states' covariances with the prior's share scaled by the power. States that hang mostly on
 /// the prior (gaps) keep theirs where the power is below 1: there the motion that was resolved
 /// elsewhere counts, which set the density.
-std::vector<StateCovariance> Calibrated(double power, const PriorCalibration& calibration);
+std::vector<StateCovariance> WithPriorPower(double power, const PriorPower& prior);
 
 }  // namespace tagtwist

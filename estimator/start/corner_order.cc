@@ -30,9 +30,9 @@ std::vector<CornerOrder> AllOrders() {
 
 // How many of a frame's tags agree on its pose; 0 where they are not two.
 int AgreeingTags(const std::vector<TagDetection>& tags, const TagMap& map, const Camera& camera) {
-  const PoseSeed seed = SeedPose(tags, map, camera, Pose());
-  if (seed.status != PoseSeedStatus::kOk) return 0;
-  const auto n = std::count(seed.tag_inlier.begin(), seed.tag_inlier.end(), true);
+  const FramePose found = FindFramePose(tags, map, camera, Pose());
+  if (found.status != FramePoseStatus::kOk) return 0;
+  const auto n = std::count(found.tag_inlier.begin(), found.tag_inlier.end(), true);
   return n < 2 ? 0 : static_cast<int>(n);
 }
 

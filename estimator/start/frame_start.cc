@@ -6,7 +6,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "frontend/base/quantile.h"
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/types/so3.h"
@@ -45,9 +45,10 @@ std::vector<TagDetection> TagsAtTheirPlace(const EstimatorSetup& setup, GraphFra
 }
 
 // Other poses that the corners leave open, as frames.
-std::vector<GraphFrame> Others(const GraphFrame& frame, const PoseSeed& seed, const Pose& chosen) {
-  std::vector<Pose> poses = seed.alternatives;
-  poses.push_back(seed.world_from_body);
+std::vector<GraphFrame> Others(const GraphFrame& frame, const FramePose& found,
+                               const Pose& chosen) {
+  std::vector<Pose> poses = found.alternatives;
+  poses.push_back(found.world_from_body);
   std::vector<GraphFrame> out;
   for (const Pose& pose : poses) {
     if (pose.params == chosen.params) continue;
@@ -84,13 +85,14 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
     }
     frame.tags.clear();
   }
-  const PoseSeed seed = SeedPose(measurement.tags, setup.map, setup.camera, setup.cam_from_body);
-  const auto pose = ChoosePose(seed, last == nullptr ? nullptr : &frame.state.world_from_body);
+  const FramePose found =
+      FindFramePose(measurement.tags, setup.map, setup.camera, setup.cam_from_body);
+  const auto pose = ChoosePose(found, last == nullptr ? nullptr : &frame.state.world_from_body);
   if (!pose) {
     if (last != nullptr) out.starts = {frame};
     return out;
   }
-  frame.tags = AgreeingTags(measurement.tags, seed);
+  frame.tags = AgreeingTags(measurement.tags, found);
   const bool near = last != nullptr && MedianError(setup, frame) < kFarPx;
   if (!near && predicted &&
       SquaredDistance(setup, noise, frame.tags, *pose, *predicted, 6) > kExcluded) {
@@ -99,7 +101,7 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
     out.starts = {frame};
     return out;
   }
-  std::vector<GraphFrame> others = Others(frame, seed, *pose);
+  std::vector<GraphFrame> others = Others(frame, found, *pose);
   if (!near) frame.state.world_from_body = *pose;
   out.starts = {frame};
   for (GraphFrame& other : others) {

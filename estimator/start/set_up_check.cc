@@ -46,8 +46,8 @@ Status SetUpCheck::Add(const std::vector<TagDetection>& tags) {
   if (frames_are_judged_ || anticlockwise.size() < 2) return Ok();
   frames_.push_back(anticlockwise);
   size_factors_.push_back(FitSizeFactor(anticlockwise, map_, camera_));
-  const PoseSeed seed = SeedPose(anticlockwise, map_, camera_, Pose());
-  const auto n = std::count(seed.tag_inlier.begin(), seed.tag_inlier.end(), true);
+  const FramePose found = FindFramePose(anticlockwise, map_, camera_, Pose());
+  const auto n = std::count(found.tag_inlier.begin(), found.tag_inlier.end(), true);
   if (n > 1) agreeing_tags_ += static_cast<int>(n);
   if (frames_.size() < kFrames) return Ok();
   const auto judged = JudgeFrames(0);

@@ -104,10 +104,10 @@ FactorFit FitFrom(double log_factor, const Pose& cam_from_world,
 double ErrorAsTold(const Pose& cam_from_world, const std::vector<TagDetection>& tags,
                    const TagMap& map, const Camera& camera) {
   const double error = Refine(cam_from_world, tags, map, camera).squared_error_px2;
-  const PoseSeed seed = SeedPose(tags, map, camera, Pose());
-  if (seed.status != PoseSeedStatus::kOk) return error;
+  const FramePose found = FindFramePose(tags, map, camera, Pose());
+  if (found.status != FramePoseStatus::kOk) return error;
   return std::min(error,
-                  Refine(Inverse(seed.world_from_body), tags, map, camera).squared_error_px2);
+                  Refine(Inverse(found.world_from_body), tags, map, camera).squared_error_px2);
 }
 
 }  // namespace
@@ -120,15 +120,15 @@ std::optional<SizeFactor> FitSizeFactor(const std::vector<TagDetection>& all_tag
   if (!guess) return std::nullopt;
   std::optional<FactorFit> best;
   for (const double start : {1.0, *guess}) {
-    const PoseSeed seed = SeedPose(tags, Scaled(tags, map, start), camera, Pose());
-    if (seed.status != PoseSeedStatus::kOk) continue;
+    const FramePose found = FindFramePose(tags, Scaled(tags, map, start), camera, Pose());
+    if (found.status != FramePoseStatus::kOk) continue;
     const FactorFit fit =
-        FitFrom(std::log(start), Inverse(seed.world_from_body), tags, map, camera);
+        FitFrom(std::log(start), Inverse(found.world_from_body), tags, map, camera);
     if (!best || fit.pose.squared_error_px2 < best->pose.squared_error_px2) best = fit;
   }
   if (!best || !std::isfinite(best->pose.squared_error_px2)) return std::nullopt;
   const double factor = std::exp(best->log_factor);
-  const PoseSeed with_factor = SeedPose(tags, Scaled(tags, map, factor), camera, Pose());
+  const FramePose with_factor = FindFramePose(tags, Scaled(tags, map, factor), camera, Pose());
   if (std::count(with_factor.tag_inlier.begin(), with_factor.tag_inlier.end(), false) > 0) {
     return std::nullopt;
   }

@@ -1,6 +1,6 @@
 #include "estimator/start/tags_at_stamp.h"
 
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 
 namespace tagtwist {
 

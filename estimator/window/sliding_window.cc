@@ -46,7 +46,7 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& given, const Ti
     out.lagged = EstimatesOfAll();
     Forget(seen_.size());
     hypotheses_.clear();
-    calibration_.Break();
+    power_.Break();
     mirror_is_open_ = true;
     mirror_cost_of_left_ = 0;
     starts = StartFrame(setup_, noise_, measurement, nullptr, std::nullopt);
@@ -61,7 +61,7 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& given, const Ti
   seen_.back().tags = given.tags;
   if (const auto solved = SolveAll(time_up); !solved) return solved.error();
   const bool hurried = measurement.cut_short || IsUp(time_up);
-  LookIntoTheMirror();
+  CompareWithMirroredPoses();
   const int newest = static_cast<int>(seen_.size()) - 1;
   out.current = EstimateOf(newest);
   if (hurried && out.current.status == FrameStatus::kOk) {
@@ -138,7 +138,7 @@ Status SlidingWindow::SolveOne(const TimeUp& time_up, WindowHypothesis* hypothes
                : SolveHypothesis(setup_, noise_, StepOptions(time_up), hypothesis);
 }
 
-void SlidingWindow::LookIntoTheMirror() {
+void SlidingWindow::CompareWithMirroredPoses() {
   if (!mirror_is_open_) return;
   double cost = mirror_cost_of_left_;
   mirror_angle_rad_ = 0;
@@ -197,7 +197,7 @@ FrameEstimate SlidingWindow::EstimateOf(int state) const {
   if (const double gap_s = GapSeconds(likeliest, state); gap_s > 0) {
     out.covariance = Scaled(out.covariance, prediction_check_.At(gap_s).OfSigmas());
   } else if (leaves && likeliest.is_step) {
-    out.covariance = Scaled(out.covariance, calibration_.scale());
+    out.covariance = Scaled(out.covariance, power_.scale());
   }
   constexpr double kOpenRad = 0.0873;  // 5 degrees
   if (mirror_is_open_ && mirror_angle_rad_ > kOpenRad) out.status = FrameStatus::kNoFix;
@@ -243,9 +243,9 @@ void SlidingWindow::LearnFromLeavingState() {
   noise_ = UpdateNoise(noise_, statistics_, setup_.options);
   if (!MotionIsLearned(setup_.options)) return;
   if (hypotheses_.front().is_step) {
-    calibration_.Add(setup_, noise_, hypotheses_.front().input.frames);
-  } else {  // the calibration knows of no tracks
-    calibration_.Break();
+    power_.Add(setup_, noise_, hypotheses_.front().input.frames);
+  } else {  // the power knows of no tracks
+    power_.Break();
   }
 }
 

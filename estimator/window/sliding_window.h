@@ -74,7 +74,7 @@ class SlidingWindow {
   Status SolveAll(const TimeUp& time_up);
   Status LearnAtFirst(const TimeUp& time_up, WindowHypothesis* hypothesis);
   Status SolveOne(const TimeUp& time_up, WindowHypothesis* hypothesis);
-  void LookIntoTheMirror();
+  void CompareWithMirroredPoses();
   double GapSeconds(const WindowHypothesis& hypothesis, int state) const;
   FrameEstimate EstimateOf(int state) const;
   std::vector<FrameEstimate> EstimatesOfAll() const;
@@ -99,7 +99,7 @@ class SlidingWindow {
   TagAudit audit_;                            // of the frames that left
   ReprojectionTally reprojection_;            // likewise
   PredictionCheck prediction_check_;          // likewise
-  WindowCalibration calibration_;             // likewise
+  WindowPower power_;                         // likewise
   NoiseStatistics statistics_;                // likewise, fading
   bool has_learned_ = false;
   int frames_of_learning_ = 0;  // that were too short for it

@@ -24,11 +24,11 @@ StateVector Ratio(const StateCovariance& calibrated, const StateCovariance& cova
 
 }  // namespace
 
-void WindowCalibration::Add(const EstimatorSetup& setup, const NoiseModel& noise,
-                            const std::vector<GraphFrame>& window) {
-  if (calibrator_) {
-    calibrator_->Step();
-    if (calibrator_->done()) Finish();
+void WindowPower::Add(const EstimatorSetup& setup, const NoiseModel& noise,
+                      const std::vector<GraphFrame>& window) {
+  if (finder_) {
+    finder_->Step();
+    if (finder_->done()) Finish();
   }
   if (passed_over_ > 0) {
     --passed_over_;
@@ -39,21 +39,21 @@ void WindowCalibration::Add(const EstimatorSetup& setup, const NoiseModel& noise
   stretch_.insert(stretch_.end(), window.begin() + 1, window.end());
   GraphInput input;
   input.frames = std::move(stretch_);
-  calibrator_.emplace(BuildGraph(setup, noise, input));
+  finder_.emplace(BuildGraph(setup, noise, input));
   stretch_.clear();
   passed_over_ = kBetween;
 }
 
-void WindowCalibration::Finish() {
-  const PriorCalibration& calibration = calibrator_->result();
-  if (!calibration.covariances.empty()) {
+void WindowPower::Finish() {
+  const PriorPower& prior = finder_->result();
+  if (!prior.covariances.empty()) {
     constexpr size_t kLeaving = kStretch - 1;  // it left when the stretch was full
     statistic_ = statistic_ * kFade;
-    statistic_ += calibration.statistic;
-    const auto calibrated = Calibrated(statistic_.Power(), calibration);
-    scale_ = Ratio(calibrated[kLeaving], calibration.covariances[kLeaving]);
+    statistic_ += prior.statistic;
+    const auto calibrated = WithPriorPower(statistic_.Power(), prior);
+    scale_ = Ratio(calibrated[kLeaving], prior.covariances[kLeaving]);
   }
-  calibrator_.reset();
+  finder_.reset();
 }
 
 }  // namespace tagtwist

@@ -9,10 +9,10 @@
 
 namespace tagtwist {
 
-/// PriorCalibration for a window, of stretches of the frames that left it: over a window alone the
+/// PriorPower for a window, of stretches of the frames that left it: over a window alone the
 /// prior cannot be judged. The work on a stretch, some milliseconds, is spread over the frames that
 /// follow, which no stretch takes.
-class WindowCalibration {
+class WindowPower {
  public:
   /// The first frame of the window, smoothed, leaves it.
   void Add(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -29,9 +29,9 @@ class WindowCalibration {
   void Finish();
 
   std::vector<GraphFrame> stretch_;
-  size_t passed_over_ = 0;                     // frames yet to come before the next stretch
-  std::optional<PriorCalibrator> calibrator_;  // of the last stretch, while it is at work
-  PowerStatistic statistic_;                   // fading
+  size_t passed_over_ = 0;                  // frames yet to come before the next stretch
+  std::optional<PriorPowerFinder> finder_;  // of the last stretch, while it is at work
+  PowerStatistic statistic_;                // fading
   StateVector scale_ = StateVector::Ones();
 };
 

@@ -46,7 +46,7 @@ TwistRansacResult EstimateTwistRansac(const std::vector<FlowPoint>& flow,
   TwistRansacResult result;
   result.inlier_mask.assign(flow.size(), false);
   if (flow.size() < kSampleSize) return result;
-  std::mt19937_64 engine(options.seed);
+  std::mt19937_64 engine(options.random_seed);
   const int most_iterations = RansacIterations(options.success, options.inlier_ratio, kSampleSize);
   std::vector<size_t> best;
   result.stop = RansacStop::kIterations;

@@ -12,7 +12,7 @@ struct TwistRansacOptions {
   double success = 0.99999999;  // seed Eq. 10
   double inlier_ratio = 0.8;    // seed Eq. 10
   int enough_inliers = 200;     // that many end the search
-  uint64_t seed = 1;            // of the random draws
+  uint64_t random_seed = 1;     // of the random draws
 };
 
 enum class RansacStop { kIterations, kEnoughInliers, kTooFewPoints, kNoConsensus };

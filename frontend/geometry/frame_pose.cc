@@ -14,14 +14,14 @@ namespace tagtwist {
 namespace {
 
 // What all candidates are judged by.
-struct View {
+struct SeenTags {
   const std::vector<TagDetection>& tags;  // all in the map
   const TagMap& map;
   const Camera& camera;
-  const PoseSeedOptions& options;
+  const FramePoseOptions& options;
 };
 
-// A pose and the tags that it explains: indices into View::tags, in order.
+// A pose and the tags that it explains: indices into SeenTags::tags, in order.
 struct Candidate {
   RefinedPose pose;
   std::vector<size_t> tags;
@@ -47,7 +47,7 @@ double MeanSidePx(const TagDetection& tag) {
   return sum / 4;
 }
 
-std::vector<PointInImage> Corners(const View& view, const std::vector<size_t>& tags) {
+std::vector<PointInImage> Corners(const SeenTags& view, const std::vector<size_t>& tags) {
   std::vector<PointInImage> points;
   for (const size_t i : tags) {
     const auto& corners_in_world = view.map.CornersInWorld(view.tags[i].id);
@@ -58,7 +58,7 @@ std::vector<PointInImage> Corners(const View& view, const std::vector<size_t>& t
   return points;
 }
 
-double WorstCornerPx(const View& view, const TagDetection& tag, const Pose& cam_from_world) {
+double WorstCornerPx(const SeenTags& view, const TagDetection& tag, const Pose& cam_from_world) {
   double worst = 0;
   for (size_t c = 0; c < 4; ++c) {
     Eigen::Vector2d pixel;
@@ -70,7 +70,7 @@ double WorstCornerPx(const View& view, const TagDetection& tag, const Pose& cam_
   return worst;
 }
 
-std::vector<size_t> AgreeingTags(const View& view, const Pose& cam_from_world, double least_px,
+std::vector<size_t> AgreeingTags(const SeenTags& view, const Pose& cam_from_world, double least_px,
                                  double fraction_of_side) {
   std::vector<size_t> agreeing;
   for (size_t i = 0; i < view.tags.size(); ++i) {
@@ -82,7 +82,7 @@ std::vector<size_t> AgreeingTags(const View& view, const Pose& cam_from_world, d
 
 // Grows the set of agreeing tags from a start made with a few of them: a small tag predicts others
 // far from it only roughly, a wrong id is off by about two sides or more.
-Candidate Grow(const View& view, const RefinedPose& start) {
+Candidate Grow(const SeenTags& view, const RefinedPose& start) {
   constexpr int kRounds = 4;
   constexpr double kCoarse = 4, kCoarseFraction = 0.5;
   Candidate out{start, {}};
@@ -128,7 +128,7 @@ bool AreApart(const Pose& a, const Pose& b) {
 }
 
 // Both minima of a single tag, grown.
-std::vector<Candidate> CandidatesOfTag(const View& view, size_t index) {
+std::vector<Candidate> CandidatesOfTag(const SeenTags& view, size_t index) {
   const TagDetection& tag = view.tags[index];
   const Pose& world_from_tag = view.map.Find(tag.id)->world_from_tag;
   const auto world_from_cam = PoseFromTags({tag}, view.map, world_from_tag, view.camera, {});
@@ -142,7 +142,7 @@ std::vector<Candidate> CandidatesOfTag(const View& view, size_t index) {
   return out;
 }
 
-std::vector<size_t> LargestTags(const View& view) {
+std::vector<size_t> LargestTags(const SeenTags& view) {
   std::vector<std::pair<double, size_t>> by_size;
   for (size_t i = 0; i < view.tags.size(); ++i) by_size.emplace_back(-MeanSidePx(view.tags[i]), i);
   std::sort(by_size.begin(), by_size.end());
@@ -154,7 +154,7 @@ std::vector<size_t> LargestTags(const View& view) {
 }
 
 // Candidates until one explains (nearly) all tags.
-std::vector<Candidate> Candidates(const View& view, const TagPlanes& planes) {
+std::vector<Candidate> Candidates(const SeenTags& view, const TagPlanes& planes) {
   std::vector<Candidate> candidates;
   const Pose& world_from_plane = planes.world_from_plane[MainPlane(planes, view.tags)];
   if (view.tags.size() > 1) {
@@ -184,14 +184,14 @@ std::vector<Candidate> Candidates(const View& view, const TagPlanes& planes) {
 
 // True when the corners do not tell `other` from `best`: both explain the same tags, nearly as
 // well.
-bool IsAmbiguous(const View& view, const Candidate& best, const Candidate& other) {
+bool IsAmbiguous(const SeenTags& view, const Candidate& best, const Candidate& other) {
   constexpr double kSigmas = 4;
   const double limit_px = kSigmas * view.options.ambiguity_px;
   return other.pose.squared_error_px2 - best.pose.squared_error_px2 < limit_px * limit_px;
 }
 
 // The other poses to keep: the mirrored minimum, and what as many other tags say.
-std::vector<Pose> Alternatives(const View& view, const TagPlanes& planes, const Candidate& best,
+std::vector<Pose> Alternatives(const SeenTags& view, const TagPlanes& planes, const Candidate& best,
                                std::vector<Candidate> candidates) {
   const auto plane_of = [&](size_t i) { return planes.plane_of_tag.at(view.tags[i].id); };
   const size_t plane = plane_of(best.tags.front());
@@ -218,7 +218,7 @@ std::vector<Pose> Alternatives(const View& view, const TagPlanes& planes, const 
 
 }  // namespace
 
-std::optional<std::string> PoseSeedOptions::Problem() const {
+std::optional<std::string> FramePoseOptions::Problem() const {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   for (auto& problem :
        {CheckPositive("agree_px", agree_px), CheckRange("agree_fraction", agree_fraction, 0, kInf),
@@ -229,10 +229,11 @@ std::optional<std::string> PoseSeedOptions::Problem() const {
   return std::nullopt;
 }
 
-PoseSeed SeedPose(const std::vector<TagDetection>& tags, const TagMap& map, const Camera& camera,
-                  const Pose& cam_from_body, const PoseSeedOptions& options) {
-  PoseSeed seed;
-  seed.tag_inlier.assign(tags.size(), false);
+FramePose FindFramePose(const std::vector<TagDetection>& tags, const TagMap& map,
+                        const Camera& camera, const Pose& cam_from_body,
+                        const FramePoseOptions& options) {
+  FramePose found;
+  found.tag_inlier.assign(tags.size(), false);
   std::vector<TagDetection> known;
   std::vector<Tag> known_in_map;
   std::vector<size_t> place;  // of a known tag among `tags`
@@ -243,24 +244,24 @@ PoseSeed SeedPose(const std::vector<TagDetection>& tags, const TagMap& map, cons
     known_in_map.push_back(*tag);
     place.push_back(i);
   }
-  if (known.empty()) return seed;
-  const View view{known, map, camera, options};
+  if (known.empty()) return found;
+  const SeenTags view{known, map, camera, options};
   const TagPlanes planes = FindTagPlanes(known_in_map);
   const std::vector<Candidate> candidates = Candidates(view, planes);
   const auto best = std::min_element(candidates.begin(), candidates.end(), IsBetter);
-  seed.status = PoseSeedStatus::kNoPose;
-  if (best == candidates.end() || best->tags.empty()) return seed;
-  seed.status = PoseSeedStatus::kOk;
+  found.status = FramePoseStatus::kNoPose;
+  if (best == candidates.end() || best->tags.empty()) return found;
+  found.status = FramePoseStatus::kOk;
   const auto to_world_from_body = [&](const Pose& cam_from_world) {
     return Inverse(cam_from_world) * cam_from_body;
   };
-  seed.world_from_body = to_world_from_body(best->pose.cam_from_world);
-  seed.rms_px = std::sqrt(best->MeanSquaredError() / 4);
-  for (const size_t i : best->tags) seed.tag_inlier[place[i]] = true;
+  found.world_from_body = to_world_from_body(best->pose.cam_from_world);
+  found.rms_px = std::sqrt(best->MeanSquaredError() / 4);
+  for (const size_t i : best->tags) found.tag_inlier[place[i]] = true;
   for (const Pose& cam_from_world : Alternatives(view, planes, *best, candidates)) {
-    seed.alternatives.push_back(to_world_from_body(cam_from_world));
+    found.alternatives.push_back(to_world_from_body(cam_from_world));
   }
-  return seed;
+  return found;
 }
 
 std::optional<Pose> MirroredPose(const std::vector<TagDetection>& tags, const TagMap& map,

@@ -9,7 +9,7 @@
 
 namespace tagtwist {
 
-struct PoseSeedOptions {
+struct FramePoseOptions {
   double agree_px = 4.0;        // a tag agrees when its worst corner is predicted to this [px], > 0
   double agree_fraction = 0.1;  // or to this fraction of its mean side in the image, >= 0
   int max_candidate_tags = 8;   // the largest ones propose poses, >= 1
@@ -18,15 +18,15 @@ struct PoseSeedOptions {
   std::optional<std::string> Problem() const;
 };
 
-enum class PoseSeedStatus {
+enum class FramePoseStatus {
   kOk,
   kNoTags,  // none in the map
   kNoPose,  // no tag gives a pose: corners degenerate
 };
 
 /// A pose to start the graph from.
-struct PoseSeed {
-  PoseSeedStatus status = PoseSeedStatus::kNoTags;
+struct FramePose {
+  FramePoseStatus status = FramePoseStatus::kNoTags;
   Pose world_from_body;            // least squares over the agreeing tags
   std::vector<bool> tag_inlier;    // one a tag, in the order given
   double rms_px = 0;               // per corner, over the agreeing tags: sqrt(mean |error|^2)
@@ -38,8 +38,9 @@ struct PoseSeed {
 /// Gauss-Newton on all corners with the full camera model. Wrong ids and stray tags come out as
 /// tag_inlier = false. When the tags that agree lie on one plane and are seen nearly face-on, the
 /// mirrored minimum is kept among the alternatives.
-PoseSeed SeedPose(const std::vector<TagDetection>& tags, const TagMap& map, const Camera& camera,
-                  const Pose& cam_from_body, const PoseSeedOptions& options = {});
+FramePose FindFramePose(const std::vector<TagDetection>& tags, const TagMap& map,
+                        const Camera& camera, const Pose& cam_from_body,
+                        const FramePoseOptions& options = {});
 
 /// The other world_from_body under which tags that lie on one plane look the same from afar: the
 /// rotation mirrored along the line of sight to their centroid, which keeps its place. No

@@ -33,7 +33,7 @@ using Corners = std::array<Eigen::Vector2d, 4>;
 
 // Where a tag's straight sides are straight: a picture without the lens's distortion that near the
 // tag's centre is the image itself, in place, scale and shape. Without distortion, the image.
-struct View {
+struct StraightTag {
   Corners corners;                                                                 // of the tag
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero(), ray = Eigen::Vector2d::Zero();  // its centre
   Eigen::Matrix2d d_pixel_d_ray = Eigen::Matrix2d::Identity();
@@ -83,8 +83,8 @@ struct CornerRefiner::Impl {
   std::vector<Eigen::Vector2d> rays;  // of every pixel, where the lens distorts
 
   // nullopt where the lens has no ray.
-  std::optional<View> MakeView(const Corners& in_image) const {
-    View out;
+  std::optional<StraightTag> Straighten(const Corners& in_image) const {
+    StraightTag out;
     out.corners = in_image;
     if (!rays.empty()) {
       for (Eigen::Vector2d& corner : out.corners) {
@@ -105,7 +105,7 @@ struct CornerRefiner::Impl {
   }
 
   // From the view back into the image, with the covariance.
-  bool Distort(const View& view, RefinedTag* tag) const {
+  bool Distort(const StraightTag& view, RefinedTag* tag) const {
     Eigen::Matrix<double, 8, 8> jacobian = Eigen::Matrix<double, 8, 8>::Zero();
     const Eigen::Matrix2d d_ray = view.d_pixel_d_ray.inverse();
     for (size_t c = 0; c < 4; ++c) {
@@ -120,7 +120,7 @@ struct CornerRefiner::Impl {
   }
 
   std::vector<PatternPlace> FindPlaces(const cv::Mat& gray, const Corners& in_image,
-                                       const View& view, const PatternModel& model) const;
+                                       const StraightTag& view, const PatternModel& model) const;
   PatternMatch Search(const cv::Mat& gray, const Corners& in_image, const PatternModel& model,
                       int reach) const;
   std::optional<RefinedTag> Fit(const cv::Mat& gray, const Corners& in_image,
@@ -132,7 +132,8 @@ struct CornerRefiner::Impl {
 // The pixels of the pattern but for the rim where its surroundings show through the blur; half a
 // cell around the square at least.
 std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
-                                                          const Corners& in_image, const View& view,
+                                                          const Corners& in_image,
+                                                          const StraightTag& view,
                                                           const PatternModel& model) const {
   std::vector<PatternPlace> out;
   const auto tag_from_pixel = TagFromPixel(view.corners);
@@ -169,7 +170,7 @@ std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
 
 PatternMatch CornerRefiner::Impl::Search(const cv::Mat& gray, const Corners& in_image,
                                          const PatternModel& model, int reach) const {
-  const auto view = MakeView(in_image);
+  const auto view = Straighten(in_image);
   if (!view) return {};
   const auto places = FindPlaces(gray, in_image, *view, model);
   return SearchPattern(gray, model, normal, view->corners, places, reach);
@@ -212,7 +213,7 @@ std::optional<RefinedTag> CornerRefiner::Impl::Fit(const cv::Mat& gray, const Co
                                                    const PatternModel& model, double most_move_px,
                                                    const std::optional<PatternLook>& look,
                                                    double off_px) const {
-  const auto view = MakeView(in_image);
+  const auto view = Straighten(in_image);
   if (!view) return std::nullopt;
   const Corners& start = view->corners;
   PatternPixels pixels;

@@ -57,10 +57,10 @@ struct Beyond {
 };
 
 // One pass over the pixels, a chunk at a time.
-class Pass {
+class PixelPass {
  public:
-  Pass(const PatternModel& model, const NormalTable& normal, const PatternState& state,
-       const Eigen::Vector2d& origin, double reach_grey);
+  PixelPass(const PatternModel& model, const NormalTable& normal, const PatternState& state,
+            const Eigen::Vector2d& origin, double reach_grey);
   void Run(const PatternPixels& pixels, size_t stride);
   PatternSums Finish();
 
@@ -94,8 +94,8 @@ class Pass {
   PatternSums sums_;
 };
 
-Pass::Pass(const PatternModel& model, const NormalTable& normal, const PatternState& state,
-           const Eigen::Vector2d& origin, double reach_grey)
+PixelPass::PixelPass(const PatternModel& model, const NormalTable& normal,
+                     const PatternState& state, const Eigen::Vector2d& origin, double reach_grey)
     : model_(model),
       normal_(normal),
       blur_px2_(state.blur_px2.cast<float>()),
@@ -112,7 +112,7 @@ Pass::Pass(const PatternModel& model, const NormalTable& normal, const PatternSt
 }
 
 // The next pixels; how many there are. The last one fills what is left of the chunk.
-int Pass::Take(const PatternPixels& pixels, size_t first, size_t stride) {
+int PixelPass::Take(const PatternPixels& pixels, size_t first, size_t stride) {
   const size_t last = pixels.size() - 1;
   for (int i = 0; i < kChunk; ++i) {
     const size_t at = std::min(first + static_cast<size_t>(i) * stride, last);
@@ -124,7 +124,7 @@ int Pass::Take(const PatternPixels& pixels, size_t first, size_t stride) {
   return static_cast<int>(std::min((last - first) / stride + 1, static_cast<size_t>(kChunk)));
 }
 
-void Pass::Look() {
+void PixelPass::Look() {
   view_ = ViewPattern<Column, float>(tag_from_pixel_, h_, blur_px2_, x_, y_);
   light_.x = (x_ - light_origin_.x()) * per_radius_;
   light_.y = (y_ - light_origin_.y()) * per_radius_;
@@ -134,7 +134,7 @@ void Pass::Look() {
 
 // With a blur that does not reach beyond the neighbours of a point's own cell; as
 // PatternModel::Around says.
-PatternSample<Column> Pass::SampleSharp() const {
+PatternSample<Column> PixelPass::SampleSharp() const {
   const auto half = static_cast<float>(model_.pattern_half());
   const int last = model_.cells() - 1;
   const Column u = h_ * view_.u + half, v = h_ * view_.v + half;
@@ -177,7 +177,7 @@ PatternSample<Column> Pass::SampleSharp() const {
   return out;
 }
 
-PatternSample<Column> Pass::SampleWide() const {
+PatternSample<Column> PixelPass::SampleWide() const {
   PatternSample<Column> out;
   for (int i = 0; i < kChunk; ++i) {
     const auto at = [i](const Column& column) { return static_cast<double>(column[i]); };
@@ -195,7 +195,7 @@ PatternSample<Column> Pass::SampleWide() const {
 }
 
 // Tukey's weights. A pixel at the sensor's end tells a bound only.
-void Pass::Weigh(const PatternSample<Column>& sample, int n) {
+void PixelPass::Weigh(const PatternSample<Column>& sample, int n) {
   constexpr float kFar = 1e6F;
   const Column predicted = light_.illumination * (black_ + gain_ * sample.value);
   residual_ = grey_ - predicted.min(255 + (255 - grey_) * kFar).max(grey_ * -kFar);
@@ -205,7 +205,7 @@ void Pass::Weigh(const PatternSample<Column>& sample, int n) {
   d_psi_ = rest * (1 - 5 * x2);
 }
 
-void Pass::Count(int n) {
+void PixelPass::Count(int n) {
   const float half_contrast = 0.5F * gain_;
   const Column psi = weight_ * residual_;
   float lag1 = 0, lag2 = 0, paired1 = 0, paired2 = 0;
@@ -234,7 +234,7 @@ void Pass::Count(int n) {
   sums_.used += static_cast<size_t>(n);
 }
 
-void Pass::Run(const PatternPixels& pixels, size_t stride) {
+void PixelPass::Run(const PatternPixels& pixels, size_t stride) {
   constexpr auto kSharp =
       static_cast<float>(1 / (NormalTable::kReach * NormalTable::kReach));  // [cells^2]
   for (size_t first = 0; first < pixels.size(); first += kChunk * stride) {
@@ -250,7 +250,7 @@ void Pass::Run(const PatternPixels& pixels, size_t stride) {
   }
 }
 
-PatternSums Pass::Finish() {
+PatternSums PixelPass::Finish() {
   products_.Finish(&sums_.normal, &sums_.gradient);
   sums_.noise_grey = magnitudes_.Deviation();
   return sums_;
@@ -261,7 +261,7 @@ PatternSums Pass::Finish() {
 PatternSums SumPattern(const PatternModel& model, const NormalTable& normal,
                        const PatternPixels& pixels, const PatternState& state, double reach_grey,
                        size_t stride) {
-  Pass pass(model, normal, state, pixels.origin, reach_grey);
+  PixelPass pass(model, normal, state, pixels.origin, reach_grey);
   pass.Run(pixels, stride);
   return pass.Finish();
 }

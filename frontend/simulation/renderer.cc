@@ -103,7 +103,7 @@ void Renderer::DrawScene(const Pose& world_from_cam, double t_s, bool blank_tags
 
 cv::Mat Renderer::Expose(const std::vector<float>& greys, uint64_t frame_index) const {
   cv::Mat out(grid_.camera.height, grid_.camera.width, CV_8UC1);
-  RandomStream random(options_.scene.seed, kNoisePurpose, frame_index);
+  RandomStream random(options_.scene.random_seed, kNoisePurpose, frame_index);
   for (size_t i = 0; i < greys.size(); ++i) {
     double grey = greys[i] * gain_[i];
     if (options_.noise_grey > 0) grey += options_.noise_grey * random.Normal();

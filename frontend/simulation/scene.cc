@@ -76,7 +76,7 @@ Result<Scene> Scene::Make(const TagMap& map, const SceneOptions& options) {
 }
 
 void Scene::AddOccluders(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-  RandomStream random(options_.seed, kOccluderPurpose);
+  RandomStream random(options_.random_seed, kOccluderPurpose);
   for (int i = 0; i < options_.occluders; ++i) {
     Occluder occluder;
     const double heading = random.Uniform(0, 2 * kPi), lean = random.Uniform(-0.4, 0.4);

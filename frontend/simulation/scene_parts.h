@@ -11,7 +11,7 @@ namespace tagtwist {
 
 /// What the camera can see besides the tags. Greys are 0..255 as a perfect camera would give them.
 struct SceneOptions {
-  uint64_t seed = 1;
+  uint64_t random_seed = 1;
   bool floor = true;             // the plane z = 0
   bool walls = false;            // sheets behind the tags that are not on the floor
   double paper_grey = 225;       // white cells and tag margins
@@ -27,7 +27,7 @@ struct SceneOptions {
 
   template <typename Self, typename Visitor>
   static void VisitFields(Self& self, Visitor&& visit) {
-    visit("seed", self.seed);
+    visit("random_seed", self.random_seed);
     visit("floor", self.floor);
     visit("walls", self.walls);
     visit("paper_grey", self.paper_grey);

@@ -87,7 +87,7 @@ void AddBlob(const Eigen::Vector2d& centre, const PaperFinder& papers, RandomStr
 std::vector<Patch> MakeScribbles(const Eigen::Vector2d& low, const Eigen::Vector2d& high,
                                  const std::vector<Patch>& papers, const SceneOptions& options,
                                  uint64_t plane) {
-  RandomStream random(options.seed, kPurpose, plane);
+  RandomStream random(options.random_seed, kPurpose, plane);
   const PaperFinder finder(papers);
   std::vector<Patch> out;
   const double area_m2 = (high - low).prod();

@@ -110,7 +110,7 @@ Result<Simulator> Simulator::Make(const Camera& camera, const Pose& cam_from_bod
                  ": bend_m: expected 0 with images, which are drawn of plane tags"};
   }
   RendererOptions look = options.renderer;
-  look.scene.seed = options.seed;
+  look.scene.random_seed = options.random_seed;
   auto renderer = Renderer::Make(camera, map, look);
   if (!renderer) return renderer.error();
   return Simulator(std::move(*renderer), cam_from_body, map, trajectory, options);
@@ -187,7 +187,7 @@ std::vector<TagDetection> Simulator::FindVisibleTags(int64_t t_ns) const {
 }
 
 void Simulator::Disturb(uint64_t index, std::vector<TagDetection>* detections) const {
-  RandomStream random(options_.seed, kDetectionPurpose, index);
+  RandomStream random(options_.random_seed, kDetectionPurpose, index);
   std::set<int> used;
   for (const TagDetection& tag : *detections) used.insert(tag.id);
   std::vector<TagDetection> kept;
@@ -221,7 +221,7 @@ SimulatedFrame Simulator::MakeFrame(uint64_t index, int64_t t_ns) const {
 std::vector<ImuSample> Simulator::MakeImu(int64_t first_ns, int64_t last_ns) const {
   std::vector<ImuSample> out;
   if (!(options_.imu_rate_hz > 0)) return out;
-  RandomStream random(options_.seed, kImuPurpose);
+  RandomStream random(options_.random_seed, kImuPurpose);
   const auto noise = [&random](double sigma) {
     const double x = random.Normal(), y = random.Normal(), z = random.Normal();
     return Eigen::Vector3d(sigma * x, sigma * y, sigma * z);
@@ -249,7 +249,7 @@ std::optional<std::string> StampOptions::Problem() const {
 Result<std::vector<int64_t>> MakeStamps(int64_t first_ns, int64_t last_ns,
                                         const StampOptions& options) {
   if (const auto problem = options.Problem()) return Error{*problem};
-  RandomStream random(options.seed, kStampPurpose);
+  RandomStream random(options.random_seed, kStampPurpose);
   std::vector<int64_t> out;
   for (int64_t k = 0;; ++k) {
     const double raster_ns = 1e9 * static_cast<double>(k) / options.rate_hz;

@@ -13,7 +13,7 @@ namespace tagtwist {
 
 struct SimulatorOptions {
   RendererOptions renderer;      // its scene's seed is replaced by the one below
-  uint64_t seed = 1;             // of everything random
+  uint64_t random_seed = 1;      // of everything random
   bool images = true;            // render them
   double exposure_s = 0.002;     // motion blur; stamps are the middle of the exposure, >= 0
   double line_time_s = 0;        // rolling shutter: row v is taken line_time_s * v after the stamp;
@@ -31,7 +31,7 @@ struct SimulatorOptions {
 
   template <typename Self, typename Visitor>
   static void VisitFields(Self& self, Visitor&& visit) {
-    visit("seed", self.seed);
+    visit("random_seed", self.random_seed);
     visit("images", self.images);
     visit("exposure_s", self.exposure_s);
     visit("line_time_s", self.line_time_s);
@@ -92,7 +92,7 @@ class Simulator {
 struct StampOptions {
   double rate_hz = 49;  // > 0
   double jitter_s = 0;  // each stamp moves by up to this, either way; under 0.45 intervals
-  uint64_t seed = 1;
+  uint64_t random_seed = 1;
   std::optional<std::string> Problem() const;
 };
 

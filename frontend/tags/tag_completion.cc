@@ -19,15 +19,15 @@ using Matrix8d = Eigen::Matrix<double, 8, 8>;
 constexpr double kLeastModelPx = 0.05;
 
 // The pose as the agreeing tags say it; nullopt where they do not fix it.
-std::optional<PosePrediction> Predict(const Pose& world_from_cam, const PoseSeed& seed,
+std::optional<PosePrediction> Predict(const Pose& world_from_cam, const FramePose& found,
                                       const std::vector<TagDetection>& tags, const TagMap& map,
                                       const GuidedDetector& guided) {
   PosePrediction out;
   out.world_from_body = world_from_cam;
-  out.corner_sigma_px = std::max(kLeastModelPx, seed.rms_px);
+  out.corner_sigma_px = std::max(kLeastModelPx, found.rms_px);
   PoseCovariance information = PoseCovariance::Zero();
   for (size_t i = 0; i < tags.size(); ++i) {
-    if (!seed.tag_inlier[i]) continue;
+    if (!found.tag_inlier[i]) continue;
     const auto expected = guided.Expect(*map.Find(tags[i].id), out);
     if (!expected) continue;
     Matrix8d noise = tags[i].covariance.value_or(Matrix8d::Zero());
@@ -57,8 +57,8 @@ std::vector<TagDetection> Merged(std::vector<TagDetection> fresh,
 std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner& refiner,
                                        const TagMap& map, const Camera& camera, double border_px,
                                        const std::vector<TagDetection>& detected) {
-  const PoseSeed seed = SeedPose(detected, map, camera, Pose());
-  if (seed.status != PoseSeedStatus::kOk) return detected;
+  const FramePose found = FindFramePose(detected, map, camera, Pose());
+  if (found.status != FramePoseStatus::kOk) return detected;
   std::unordered_set<int> known;
   for (const TagDetection& tag : detected) {
     if (!CornerRefiner::IsUnrefined(tag)) known.insert(tag.id);
@@ -69,11 +69,11 @@ std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner&
   if (missed.empty()) return detected;
   const TagMap map_of_missed(map.family(), std::move(missed));
   const GuidedDetector anywhere(camera, Pose(), map, border_px);
-  std::vector<Pose> poses = seed.alternatives;
-  poses.insert(poses.begin(), seed.world_from_body);
+  std::vector<Pose> poses = found.alternatives;
+  poses.insert(poses.begin(), found.world_from_body);
   std::vector<TagDetection> fresh;
   for (const Pose& pose : poses) {
-    const auto prediction = Predict(pose, seed, detected, map, anywhere);
+    const auto prediction = Predict(pose, found, detected, map, anywhere);
     if (!prediction) continue;
     GuidedDetector guided(camera, Pose(), map_of_missed, border_px);
     std::vector<TagDetection> found = guided.Find(gray, refiner, *prediction).found;

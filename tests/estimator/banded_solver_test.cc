@@ -8,13 +8,13 @@
 #include "estimator/graph/linear_system.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/noise_learning.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 
 namespace tagtwist {
 namespace {
 
-// The graph of a flight at its seeds.
+// The graph of a flight at its start.
 struct Case {
   EstimatorSetup setup;
   NoiseModel noise;
@@ -22,7 +22,7 @@ struct Case {
 
   explicit Case(WhiteNoiseOn prior) : setup(CourseSetup(GivenNoise(ModelUnder(prior, 5)))) {
     noise = InitialNoise(setup.options);
-    input.frames = *SeedFrames(setup, DrawFlight(ModelUnder(prior, 5)).measurements);
+    input.frames = *StartFrames(setup, DrawFlight(ModelUnder(prior, 5)).measurements);
   }
   Graph MakeGraph() const { return BuildGraph(setup, noise, input); }
 };

@@ -23,7 +23,7 @@ TEST(SlowCalibration, BendsOfTheTagsAreChiSquare) {
   for (unsigned seed = 1; seed <= kFlights; ++seed) {
     CalibrationFlightOptions options = ShortFlight();
     options.tag_bend_sigma = kBendSigma;
-    options.seed = seed;
+    options.random_seed = seed;
     const CalibrationFlight flight = DrawCalibrationFlight(options);
     const auto problem =
         MakeCalibrationProblem(CalibrationInputOf(flight.config), flight.measurements, {});
@@ -135,7 +135,7 @@ TEST(SlowCalibration, LineTimeOfARollingShutterIsChiSquare) {
     options.frames = 60;
     options.rate_hz = 20;
     options.line_time_s = 5e-5;  // 12 ms an image
-    options.seed = seed;
+    options.random_seed = seed;
     CalibrationFlight flight = DrawCalibrationFlight(options);
     flight.config.calibration.line_time_sigma_s = 5e-5;
     const auto problem =

@@ -52,7 +52,7 @@ TEST(SlowCalibration, ErrorsOverCovarianceAreChiSquare) {
   int dof = 0;
   for (const unsigned seed : {2U, 3U, 4U}) {
     CalibrationFlightOptions options = ShortFlight();
-    options.seed = seed;
+    options.random_seed = seed;
     const CalibrationFlight flight = DrawCalibrationFlight(options);
     const auto problem = MakeCalibrationProblem(CalibrationInputOf(flight.config),
                                                 flight.measurements, flight.ground_truth);

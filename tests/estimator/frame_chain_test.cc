@@ -6,20 +6,20 @@
 #include <cmath>
 
 #include "estimator/graph/noise_model.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 
 namespace tagtwist {
 namespace {
 
-// A flight at its seeds, its noise open.
+// A flight at its start, its noise open.
 struct Case {
   EstimatorSetup setup = CourseSetup();
   NoiseModel noise;
   GraphInput input;
 
   explicit Case(WhiteNoiseOn prior) : noise(InitialNoise(setup.options, prior)) {
-    input.frames = *SeedFrames(setup, DrawFlight(ModelUnder(prior, 5)).measurements);
+    input.frames = *StartFrames(setup, DrawFlight(ModelUnder(prior, 5)).measurements);
   }
   void MisplaceTags() {
     for (size_t i = 3; i < input.frames.size(); i += 7) {

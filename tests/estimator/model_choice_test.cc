@@ -4,7 +4,7 @@
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/smoother.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 #include "tests/support/simulated_flight.h"
 
@@ -16,7 +16,7 @@ namespace {
 TEST(ModelChoice, TheSampleIsSpreadOverTheRecording) {
   const EstimatorSetup setup = CourseSetup();
   auto frames = SimulateCorners("agile", 12).measurements;
-  const auto moving = ChooseNoise(setup, *SeedFrames(setup, frames));
+  const auto moving = ChooseNoise(setup, *StartFrames(setup, frames));
   EXPECT_EQ(moving.linear.on, WhiteNoiseOn::kJerk);
   // The same second half, held still in between.
   const size_t half = frames.size() / 2;
@@ -24,7 +24,7 @@ TEST(ModelChoice, TheSampleIsSpreadOverTheRecording) {
   for (size_t i = 0; i < frames.size(); ++i) still.push_back(frames[half - 1]);
   for (size_t i = half; i < frames.size(); ++i) still.push_back(frames[i]);
   for (size_t i = 0; i < still.size(); ++i) still[i].t_ns = static_cast<int64_t>(i) * 20000000;
-  const auto chosen = ChooseNoise(setup, *SeedFrames(setup, still));
+  const auto chosen = ChooseNoise(setup, *StartFrames(setup, still));
   EXPECT_GT(chosen.linear.psd, 1e-2 * moving.linear.psd);
 }
 
@@ -37,7 +37,7 @@ TEST(ModelChoice, TheLeastDensityCanBeSolvedWith) {
   motionless.motion_s = 1;
   motionless.motions = 400;
   GraphInput input;
-  input.frames = *SeedFrames(setup, SimulateCorners("straight", 1, 400).measurements);
+  input.frames = *StartFrames(setup, SimulateCorners("straight", 1, 400).measurements);
   for (const WhiteNoiseOn on : {WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk}) {
     NoiseModel noise = InitialNoise(setup.options, on);
     for (int round = 0; round < 40; ++round) noise = UpdateNoise(noise, motionless, setup.options);

@@ -70,7 +70,7 @@ double VelocityRmse(const std::vector<FrameEstimate>& frames, const std::vector<
 ExactModelFlight FastFlight() {
   ExactModelOptions model;
   model.frames = 120;
-  model.seed = 2;
+  model.random_seed = 2;
   model.corner_sigma_px = 0.05;  // so that the clock is what limits
   return DrawFlight(model);
 }

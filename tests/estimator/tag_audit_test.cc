@@ -163,7 +163,7 @@ TEST(TagAudit, BatchNamesADisplacedTagAndIsNotMisledByIt) {
 }
 
 // 12 mm are two to three pixels here: too little for the seeds, which see one frame at a time.
-TEST(TagAudit, BatchNamesATagThatTheSeedsLetPass) {
+TEST(TagAudit, BatchNamesATagThatTheStartLetsPass) {
   const MovedTagFlight moved = FlyOverMovedTag({0.012, 0, 0});
   const auto result = RunBatch(moved.setup, moved.flight.measurements);
   ASSERT_TRUE(result) << result.error().message;

@@ -177,7 +177,7 @@ struct Runs {
 
 ExactModelOptions Model(unsigned seed) {
   ExactModelOptions model;
-  model.seed = seed;
+  model.random_seed = seed;
   model.frames = kFrames;
   model.linear.psd = model.angular.psd = 3;
   model.max_tags = 3;

@@ -5,7 +5,7 @@
 #include "estimator/batch/batch.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/smoother.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 
 namespace tagtwist {
@@ -21,7 +21,7 @@ StateAndCovariance SolvedInGraph(const ExactModelOptions& model,
                                  const std::vector<FrameMeasurements>& measurements, int index) {
   const EstimatorSetup setup = SetupFor(model);
   GraphInput input;
-  input.frames = *SeedFrames(setup, measurements);
+  input.frames = *StartFrames(setup, measurements);
   const auto solution = SolveAndInvert(setup, InitialNoise(setup.options), input, {50});
   EXPECT_TRUE(solution);
   return {ToBodyState(solution->graph.states[static_cast<size_t>(index)]),
@@ -35,7 +35,7 @@ TEST_P(TrajectoryTest, BetweenStatesItEqualsAStateWithoutMeasurements) {
   model.frames = 12;
   model.rate_hz = 10;
   model.linear.psd = model.angular.psd = 0.5;
-  model.seed = 3;
+  model.random_seed = 3;
   const ExactModelFlight flight = DrawFlight(model);
   const auto plain = RunBatch(SetupFor(model), flight.measurements);
   ASSERT_TRUE(plain) << plain.error().message;

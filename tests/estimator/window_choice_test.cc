@@ -61,8 +61,8 @@ TEST(WindowChoice, AWrongMinimumIsNeverTold) {
     const Flight flight =
         Fly(OneTag(), 60, kNoisePx, seed, [](double) { return Tilted(kHeightM); });
     const Pose& truth = flight.truth.front().world_from_body;
-    const PoseSeed first =
-        SeedPose(flight.measurements.front().tags, setup.map, setup.camera, setup.cam_from_body);
+    const FramePose first = FindFramePose(flight.measurements.front().tags, setup.map, setup.camera,
+                                          setup.cam_from_body);
     if (RotationErrorRad(first.world_from_body, truth) < 0.15) continue;  // this noise is harmless
     ++misled;
     const WindowRun run = RunWindow(CourseSetup(), flight.measurements);

@@ -6,7 +6,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_learning.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 
 namespace tagtwist {
@@ -21,7 +21,7 @@ struct Case {
 
   explicit Case(WhiteNoiseOn prior) : setup(CourseSetup(GivenNoise(ModelUnder(prior, 3)))) {
     noise = InitialNoise(setup.options);
-    frames = *SeedFrames(setup, DrawFlight(ModelUnder(prior, 3)).measurements);
+    frames = *StartFrames(setup, DrawFlight(ModelUnder(prior, 3)).measurements);
     frames.resize(kFrames + 1);
   }
   GraphInput First(size_t n) const {

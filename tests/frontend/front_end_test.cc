@@ -52,7 +52,7 @@ TEST(FrontEnd, ProcessIsTrackThenSeed) {
     const auto tags = SeeTags(map, camera, CourseCamFromBody() * Inverse(world_from_body));
     const int64_t t_ns = 20'000'000 * i;
     const FrameMeasurements frame = whole.Process(t_ns, tags, cv::Mat());
-    const ClosedForm closed_form = stages.Seed(t_ns, tags, stages.Track(tags, cv::Mat()));
+    const ClosedForm closed_form = stages.ClosedFormOf(t_ns, tags, stages.Track(tags, cv::Mat()));
     EXPECT_EQ(frame.t_ns, t_ns);
     EXPECT_EQ(Ids(frame.tags), Ids(tags));
     EXPECT_TRUE(frame.tracks.empty());

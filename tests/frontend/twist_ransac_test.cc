@@ -101,7 +101,7 @@ TEST(EstimateTwistRansac, TheSeedDecidesTheDraws) {
   EXPECT_EQ(*a.twist_of_cam_in_cam, *b.twist_of_cam_in_cam);
   bool differs = false;
   for (uint64_t seed = 2; seed < 12 && !differs; ++seed) {
-    options.seed = seed;
+    options.random_seed = seed;
     differs = EstimateTwistRansac(scene.flow, options).inlier_mask != a.inlier_mask;
   }
   EXPECT_TRUE(differs);

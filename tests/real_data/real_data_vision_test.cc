@@ -81,25 +81,25 @@ TEST_F(RealDataVision, ClosedFormLiesNearViconOnEveryFrameOfTrial4) {
   const TagMap map = MakeTagMap(TagGrid());
   const Camera camera = Course2017Camera();
   ClosedFormEstimator closed_form(camera, CourseCamFromBody(), map, {});
-  std::vector<double> closed_form_m, seed_m;
+  std::vector<double> closed_form_m, frame_pose_m;
   for (const auto& [t, tags] : frames.tags) {
     const Pose& truth = frames.world_from_body.at(t);
     const auto result = closed_form.Update(static_cast<int64_t>(t * 1e9), tags, {});
     ASSERT_TRUE(result.world_from_body) << t;
     closed_form_m.push_back(PositionErrorM(*result.world_from_body, truth));
-    const PoseSeed seed = SeedPose(tags, map, camera, CourseCamFromBody());
-    ASSERT_EQ(seed.status, PoseSeedStatus::kOk) << t;
-    EXPECT_EQ(std::count(seed.tag_inlier.begin(), seed.tag_inlier.end(), false), 0) << t;
-    EXPECT_LT(seed.rms_px, 2) << t;
-    seed_m.push_back(PositionErrorM(seed.world_from_body, truth));
+    const FramePose found = FindFramePose(tags, map, camera, CourseCamFromBody());
+    ASSERT_EQ(found.status, FramePoseStatus::kOk) << t;
+    EXPECT_EQ(std::count(found.tag_inlier.begin(), found.tag_inlier.end(), false), 0) << t;
+    EXPECT_LT(found.rms_px, 2) << t;
+    frame_pose_m.push_back(PositionErrorM(found.world_from_body, truth));
   }
   RecordProperty("closed_form_median_mm", std::to_string(1e3 * Quantile(closed_form_m, 0.5)));
   RecordProperty("closed_form_max_mm", std::to_string(1e3 * Quantile(closed_form_m, 1)));
-  RecordProperty("pose_seed_median_mm", std::to_string(1e3 * Quantile(seed_m, 0.5)));
+  RecordProperty("frame_pose_median_mm", std::to_string(1e3 * Quantile(frame_pose_m, 0.5)));
   EXPECT_LT(Quantile(closed_form_m, 0.5), 0.025);
   EXPECT_LT(Quantile(closed_form_m, 1), 0.080);
-  EXPECT_LT(Quantile(seed_m, 0.5), 0.020);
-  EXPECT_LT(Quantile(seed_m, 1), 0.080);
+  EXPECT_LT(Quantile(frame_pose_m, 0.5), 0.020);
+  EXPECT_LT(Quantile(frame_pose_m, 1), 0.080);
 }
 
 TEST_F(RealDataVision, DetectorFindsTheTagsOfTrial4) {

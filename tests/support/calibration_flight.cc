@@ -117,7 +117,7 @@ std::optional<TagDetection> See(const CalibrationState& state, const Tag& tag,
 
 CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options) {
   constexpr double kTruthStepS = 0.005, kStartS = 1;
-  Draw draw(options.seed);
+  Draw draw(options.random_seed);
   CalibrationFlight out;
   out.config = DefaultConfig();
   out.config.map = Mat(options);

@@ -29,7 +29,7 @@ struct CalibrationFlightOptions {
   double line_time_s = 0;  // of the shutter; not what is believed
   double tag_position_sigma_m = 0.005, tag_rotation_sigma_rad = 0.01;  // an axis
   double tag_bend_sigma = 0;                                           // in sides
-  unsigned seed = 1;
+  unsigned random_seed = 1;
 };
 
 /// A flight by a set-up that is not as configured: focal length, principal point, two distortion

@@ -35,7 +35,7 @@ inline Flight MakeFlightOf(const Setting& setting) {
   flight.height_m = setting.height_m;
   const auto trajectory = FlightPath(setting.flight, map, flight);
   SimulatorOptions options;
-  options.seed = 77;
+  options.random_seed = 77;
   options.corner_noise_px = 0;
   options.exposure_s = setting.exposure_s;
   options.renderer.noise_grey = setting.noise_grey;

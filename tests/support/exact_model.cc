@@ -90,7 +90,7 @@ EstimatorSetup CourseSetup(const EstimatorOptions& options) {
 
 ExactModelOptions ModelUnder(WhiteNoiseOn prior, unsigned seed) {
   ExactModelOptions options;
-  options.seed = seed;
+  options.random_seed = seed;
   if (prior == WhiteNoiseOn::kAcceleration) options.linear = options.angular = {prior, 0.05};
   return options;
 }
@@ -118,7 +118,7 @@ ExactModelFlight DrawFlight(const ExactModelOptions& options) {
 
 ExactModelFlight DrawFlight(const ExactModelOptions& options, const EstimatorSetup& setup,
                             const Pose& world_from_body) {
-  Draw draw(options.seed);
+  Draw draw(options.random_seed);
   FullState state;
   state.body.world_from_body = MakePose(world_from_body.rotation() * ExpSo3(0.1 * draw.Normal3()),
                                         world_from_body.translation());

@@ -19,7 +19,7 @@ struct ExactModelOptions {
   MotionPrior linear{WhiteNoiseOn::kJerk, 0.5}, angular{WhiteNoiseOn::kJerk, 0.5};
   double corner_sigma_px = 0.15;
   int max_tags = 6;  // the first ones in view, by id
-  unsigned seed = 1;
+  unsigned random_seed = 1;
 };
 
 struct ExactModelFlight {

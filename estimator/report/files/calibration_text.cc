@@ -11,9 +11,9 @@
 namespace tagtwist {
 namespace {
 
-constexpr double kTold = 3;  // sigmas from which on a change is told
+constexpr double kReportedSigmas = 3;  // sigmas from which on a change is told
 constexpr double kDegree = M_PI / 180;
-constexpr size_t kTagsTold = 5;
+constexpr size_t kTagsReported = 5;
 
 // How many sigmas the entries [first, first + n) changed by, together: sqrt(e' P^-1 e); 0 where
 // they did not.
@@ -26,24 +26,24 @@ double Significance(const Calibration& c, int first, int n) {
 
 void AddLens(const Calibration& c, std::vector<std::string>* out) {
   const double focal = Significance(c, kLogFocal, 1);
-  if (focal > kTold) {
+  if (focal > kReportedSigmas) {
     const double percent = 100 * std::expm1(c.change(kLogFocal));
     out->push_back(
         Format("focal length %+.2f %% (%.0f sigma)%s", percent, focal,
                std::abs(percent) > 0.5 ? ": the configured K belongs to another camera" : ""));
   }
-  if (const double sigmas = Significance(c, kLogAspect, 1); sigmas > kTold) {
+  if (const double sigmas = Significance(c, kLogAspect, 1); sigmas > kReportedSigmas) {
     out->push_back(
         Format("fy/fx %+.3f %% (%.0f sigma)", 100 * std::expm1(c.change(kLogAspect)), sigmas));
   }
-  if (const double sigmas = Significance(c, kCentreX, 2); sigmas > kTold) {
+  if (const double sigmas = Significance(c, kCentreX, 2); sigmas > kReportedSigmas) {
     out->push_back(Format("principal point %+.2f, %+.2f px (%.0f sigma)", c.change(kCentreX),
                           c.change(kCentreY), sigmas));
   }
   const std::vector<std::string> names = DistortionNames(c.given.camera);
   for (size_t i = 0; i < names.size(); ++i) {
     const int entry = kFirstDistortion + static_cast<int>(i);
-    if (const double sigmas = Significance(c, entry, 1); sigmas > kTold) {
+    if (const double sigmas = Significance(c, entry, 1); sigmas > kReportedSigmas) {
       out->push_back(
           Format("distortion %s %+.5f (%.0f sigma)", names[i].c_str(), c.change(entry), sigmas));
     }
@@ -62,11 +62,11 @@ void AddShutter(const Calibration& c, std::vector<std::string>* out) {
 
 void AddPose(const Calibration& c, int first, const char* name, std::vector<std::string>* out) {
   const double turn = Significance(c, first, 3), way = Significance(c, first + 3, 3);
-  if (turn > kTold) {
+  if (turn > kReportedSigmas) {
     out->push_back(Format("%s turned by %.2f deg (%.0f sigma)", name,
                           c.change.segment<3>(first).norm() / kDegree, turn));
   }
-  if (way > kTold) {
+  if (way > kReportedSigmas) {
     out->push_back(Format("%s moved by %.1f, %.1f, %.1f mm (%.0f sigma)", name,
                           1e3 * c.change(first + 3), 1e3 * c.change(first + 4),
                           1e3 * c.change(first + 5), way));
@@ -75,13 +75,13 @@ void AddPose(const Calibration& c, int first, const char* name, std::vector<std:
 
 void AddTruth(const Calibration& c, std::vector<std::string>* out) {
   const CalibrationLayout layout = LayoutOf(c.given);
-  if (const double sigmas = Significance(c, layout.scale(), 1); sigmas > kTold) {
+  if (const double sigmas = Significance(c, layout.scale(), 1); sigmas > kReportedSigmas) {
     out->push_back(Format("print scale %+.2f %% (%.0f sigma): measure a printed tag",
                           100 * std::expm1(c.change(layout.scale())), sigmas));
   }
   AddPose(c, layout.mount(), "mount (cam_from_body)", out);
   AddPose(c, layout.world(), "the ground truth's world against the map", out);
-  if (const double sigmas = Significance(c, layout.clock(), 1); sigmas > kTold) {
+  if (const double sigmas = Significance(c, layout.clock(), 1); sigmas > kReportedSigmas) {
     const double ms = 1e3 * c.change(layout.clock());
     out->push_back(Format("stamps are %.1f ms %s against the ground truth (%.0f sigma)",
                           std::abs(ms), ms < 0 ? "late" : "early", sigmas));
@@ -103,9 +103,9 @@ void AddTags(const Calibration& c, std::vector<std::string>* out) {
   std::stable_sort(moves.begin(), moves.end(), [](const TagMove& a, const TagMove& b) {
     return std::abs(a.up_m) > std::abs(b.up_m);
   });
-  for (size_t i = 0; i < std::min(kTagsTold, moves.size()); ++i) {
+  for (size_t i = 0; i < std::min(kTagsReported, moves.size()); ++i) {
     const TagMove& move = moves[i];
-    if (!(std::abs(move.up_m) > kTold * move.up_sigma_m)) continue;
+    if (!(std::abs(move.up_m) > kReportedSigmas * move.up_sigma_m)) continue;
     out->push_back(Format("tag %d lies %.1f mm %s where the map has it (%.0f sigma)", move.id,
                           1e3 * std::abs(move.up_m), move.up_m > 0 ? "above" : "below",
                           std::abs(move.up_m) / move.up_sigma_m));
@@ -122,9 +122,9 @@ void AddBends(const Calibration& c, std::vector<std::string>* out) {
   std::stable_sort(bends.begin(), bends.end(), [](const TagBend& a, const TagBend& b) {
     return std::abs(a.bend_m) > std::abs(b.bend_m);
   });
-  for (size_t i = 0; i < std::min(kTagsTold, bends.size()); ++i) {
+  for (size_t i = 0; i < std::min(kTagsReported, bends.size()); ++i) {
     const TagBend& bend = bends[i];
-    if (!(std::abs(bend.bend_m) > kTold * bend.sigma_m)) continue;
+    if (!(std::abs(bend.bend_m) > kReportedSigmas * bend.sigma_m)) continue;
     out->push_back(Format("tag %d is bent by %.1f mm, %s up (%.0f sigma)", bend.id,
                           1e3 * std::abs(bend.bend_m), bend.bend_m > 0 ? "p1 and p3" : "p2 and p4",
                           std::abs(bend.bend_m) / bend.sigma_m));

@@ -19,7 +19,7 @@ CalibrationFlight FlightAsConfigured(unsigned seed = 1, int frames = 250) {
   options.tag_position_sigma_m = options.tag_rotation_sigma_rad = 0;
   options.truth_position_sigma_m = options.truth_rotation_sigma_rad = 0;
   options.frames = frames;
-  options.seed = seed;
+  options.random_seed = seed;
   return DrawCalibrationFlight(options);
 }
 

@@ -100,7 +100,7 @@ TEST(Renderer, BytesDependOnSeedAndFrameAlone) {
   options.scene.occluders = 3;
   const TagMap map = MakeTagMap({});
   const Renderer a = MustMake({}, map, options), b = MustMake({}, map, options);
-  options.scene.seed = 2;
+  options.scene.random_seed = 2;
   const Renderer other = MustMake({}, map, options);
   const Pose pose = Above(1.5, 1.2, 1.2, {0.1, 0.1, 0.3});
   const cv::Mat image = Render(a, pose, 7);

@@ -1,3 +1,5 @@
+#include "estimator/solve/prior_power.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -5,9 +7,8 @@
 
 #include "estimator/batch/batch.h"
 #include "estimator/graph/linear_system.h"
-#include "estimator/solve/prior_power.h"
 #include "estimator/solve/smoother.h"
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 #include "tests/support/simulated_flight.h"
 #include "tests/support/window_run.h"
@@ -18,24 +19,24 @@ namespace {
 Solution Solved(const ExactModelOptions& model, const std::vector<FrameMeasurements>& frames) {
   const EstimatorSetup setup = CourseSetup(GivenNoise(model));
   GraphInput input;
-  input.frames = *SeedFrames(setup, frames);
+  input.frames = *StartFrames(setup, frames);
   return *SolveAndInvert(setup, InitialNoise(setup.options), input, {50});
 }
 
-class PriorCalibrationTest : public UnderBothPriors {};
-INSTANTIATE_UNDER_BOTH_PRIORS(PriorCalibrationTest);
+class PriorPowerTest : public UnderBothPriors {};
+INSTANTIATE_UNDER_BOTH_PRIORS(PriorPowerTest);
 
-TEST_P(PriorCalibrationTest, WhereThePriorHoldsThePowerIsOneOnAverage) {
+TEST_P(PriorPowerTest, WhereThePriorHoldsThePowerIsOneOnAverage) {
   double sum = 0;
   constexpr int kFlights = 30;
   for (unsigned seed = 1; seed <= kFlights; ++seed) {
     const ExactModelFlight flight = DrawFlight(Model(seed));
-    sum += CalibratePrior(Solved(Model(seed), flight.measurements).graph).statistic.RawPower();
+    sum += FindPriorPower(Solved(Model(seed), flight.measurements).graph).statistic.RawPower();
   }
   EXPECT_NEAR(sum / kFlights, 1.0, 0.4);
 }
 
-TEST_P(PriorCalibrationTest, TheSharesOfPriorAndMeasurementsAreThoseOfTheDenseInverse) {
+TEST_P(PriorPowerTest, TheSharesOfPriorAndMeasurementsAreThoseOfTheDenseInverse) {
   ExactModelOptions model = Model(3);
   model.frames = 12;
   const ExactModelFlight flight = DrawFlight(model);
@@ -56,13 +57,13 @@ TEST_P(PriorCalibrationTest, TheSharesOfPriorAndMeasurementsAreThoseOfTheDenseIn
   for (const Factor& f : solution.graph.factors) motion.push_back(f.kind == FactorKind::kMotion);
   const Eigen::MatrixXd p = dense(Linearize(solution.graph)).inverse();
   const Eigen::MatrixXd of_prior = p * dense(Linearize(solution.graph, motion)) * p;
-  const PriorCalibration calibration = CalibratePrior(solution.graph);
+  const PriorPower prior = FindPriorPower(solution.graph);
   for (int k = 0; k < 12; ++k) {
     const auto expected = of_prior.block<12, 12>(18 * k, 18 * k);
     // Relative to the covariance: the numeric derivative is exact to a few percent of it.
     const StateCovariance root = StateCovariance(p.block<12, 12>(18 * k, 18 * k)).llt().matrixL();
     const StateCovariance relative = root.inverse() *
-                                     (calibration.of_prior[static_cast<size_t>(k)] - expected) *
+                                     (prior.of_prior[static_cast<size_t>(k)] - expected) *
                                      root.inverse().transpose();
     EXPECT_LT(relative.cwiseAbs().maxCoeff(), 0.03) << k;
   }
@@ -85,7 +86,7 @@ NeesPerDof MeanNees(const std::vector<FrameEstimate>& frames, const std::vector<
 
 // A sum of sines has nothing at the limit of resolution: without the calibration the twist's
 // covariance is twice too large.
-TEST(PriorCalibration, OnASmoothFlightTheTwistsCovarianceHolds) {
+TEST(PriorPower, OnASmoothFlightTheTwistsCovarianceHolds) {
   const SimulatedFlight flight = SimulateCorners("agile", 12);
   const auto result = RunBatch(CourseSetup(), flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
@@ -101,7 +102,7 @@ TEST(PriorCalibration, OnASmoothFlightTheTwistsCovarianceHolds) {
   EXPECT_LT(MeanNees(plain, flight.truth).twist, 0.65);
 }
 
-TEST(PriorCalibration, TheFramesThatLeaveAWindowAreCalibratedToo) {
+TEST(PriorPower, TheFramesThatLeaveAWindowHaveItsPowerToo) {
   const SimulatedFlight flight = SimulateCorners("agile", 12);
   std::vector<FrameEstimate> lagged = RunWindow(CourseSetup(), flight.measurements).lagged;
   constexpr size_t kKnown = 150;  // the frames that the first calibration came of, and more
@@ -116,14 +117,14 @@ TEST(PriorCalibration, TheFramesThatLeaveAWindowAreCalibratedToo) {
 }
 
 // States that hang on the prior alone are not promised anything that only holds elsewhere.
-TEST(PriorCalibration, AGapKeepsItsCovariance) {
+TEST(PriorPower, AGapKeepsItsCovariance) {
   ExactModelOptions model;
   const ExactModelFlight flight = DrawFlight(model);
   std::vector<FrameMeasurements> blind = flight.measurements;
   for (size_t i = 20; i < 45; ++i) blind[i].tags.clear();
   const Solution solution = Solved(model, blind);
-  const PriorCalibration calibration = CalibratePrior(solution.graph);
-  const auto covariances = Calibrated(0.05, calibration);
+  const PriorPower prior = FindPriorPower(solution.graph);
+  const auto covariances = WithPriorPower(0.05, prior);
   const auto twist_ratio = [&](size_t i) {
     const auto k = static_cast<int>(i);
     return covariances[i].bottomRightCorner<6, 6>().trace() /

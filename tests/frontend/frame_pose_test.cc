@@ -1,6 +1,7 @@
+#include "frontend/geometry/frame_pose.h"
+
 #include <gtest/gtest.h>
 
-#include "frontend/geometry/frame_pose.h"
 #include "tests/support/tag_scene.h"
 
 namespace tagtwist {
@@ -19,7 +20,7 @@ std::vector<TagDetection> Only(const std::vector<TagDetection>& tags, std::vecto
   return out;
 }
 
-TEST(SeedPose, IsExactWithoutNoiseAndLensDistortionIncluded) {
+TEST(FramePose, IsExactWithoutNoiseAndLensDistortionIncluded) {
   Camera camera;
   camera.k1 = -0.15;
   camera.k2 = 0.03;
@@ -27,17 +28,17 @@ TEST(SeedPose, IsExactWithoutNoiseAndLensDistortionIncluded) {
   const Pose world_from_body = Hover({1.6, 1.3, 1.2}, 2.1, {0.2, 0.1, 0});
   const auto tags = SeeTags(Mat(), camera, CourseCamFromBody() * Inverse(world_from_body));
   ASSERT_GE(tags.size(), 4u);
-  const PoseSeed seed = SeedPose(tags, Mat(), camera, CourseCamFromBody());
-  ASSERT_EQ(seed.status, PoseSeedStatus::kOk);
-  EXPECT_LT(PositionErrorM(seed.world_from_body, world_from_body), 1e-6);
-  EXPECT_LT(RotationErrorRad(seed.world_from_body, world_from_body), 1e-6);
-  EXPECT_EQ(std::count(seed.tag_inlier.begin(), seed.tag_inlier.end(), true),
+  const FramePose found = FindFramePose(tags, Mat(), camera, CourseCamFromBody());
+  ASSERT_EQ(found.status, FramePoseStatus::kOk);
+  EXPECT_LT(PositionErrorM(found.world_from_body, world_from_body), 1e-6);
+  EXPECT_LT(RotationErrorRad(found.world_from_body, world_from_body), 1e-6);
+  EXPECT_EQ(std::count(found.tag_inlier.begin(), found.tag_inlier.end(), true),
             static_cast<long>(tags.size()));
-  EXPECT_LT(seed.rms_px, 1e-6);
-  EXPECT_TRUE(seed.alternatives.empty());
+  EXPECT_LT(found.rms_px, 1e-6);
+  EXPECT_TRUE(found.alternatives.empty());
 }
 
-TEST(SeedPose, SurvivesAWrongIdAmongThreeTags) {
+TEST(FramePose, SurvivesAWrongIdAmongThreeTags) {
   const Camera camera;
   const Pose world_from_body = Hover({1.5, 1.3, 1.3}, 0.4, {0.1, 0.05, 0});
   const Pose cam_from_world = CourseCamFromBody() * Inverse(world_from_body);
@@ -46,19 +47,19 @@ TEST(SeedPose, SurvivesAWrongIdAmongThreeTags) {
   for (size_t wrong = 0; wrong < 3; ++wrong) {
     std::vector<TagDetection> tags = {all[0], all[2], all[5]};
     tags[wrong].id = (tags[wrong].id + 40) % 108;
-    const PoseSeed seed = SeedPose(tags, Mat(), camera, CourseCamFromBody());
-    ASSERT_EQ(seed.status, PoseSeedStatus::kOk);
+    const FramePose found = FindFramePose(tags, Mat(), camera, CourseCamFromBody());
+    ASSERT_EQ(found.status, FramePoseStatus::kOk);
     std::vector<bool> expected(3, true);
     expected[wrong] = false;
-    EXPECT_EQ(seed.tag_inlier, expected);
-    EXPECT_LT(PositionErrorM(seed.world_from_body, world_from_body), 0.05);
-    EXPECT_LT(RotationErrorRad(seed.world_from_body, world_from_body), 0.04);
-    EXPECT_LT(seed.rms_px, 0.6);
+    EXPECT_EQ(found.tag_inlier, expected);
+    EXPECT_LT(PositionErrorM(found.world_from_body, world_from_body), 0.05);
+    EXPECT_LT(RotationErrorRad(found.world_from_body, world_from_body), 0.04);
+    EXPECT_LT(found.rms_px, 0.6);
   }
 }
 
 // Small tags: the better of a single tag's minima is often the wrong one, so both must be tried.
-TEST(SeedPose, SurvivesAWrongIdAmongThreeSmallTags) {
+TEST(FramePose, SurvivesAWrongIdAmongThreeSmallTags) {
   const Camera camera;
   const Pose cam_from_world =
       MakePose(ExpSo3({M_PI, 0, 0}) * ExpSo3({0.4, 0.2, 0}), {-0.6, 0.6, 3.5});
@@ -73,12 +74,12 @@ TEST(SeedPose, SurvivesAWrongIdAmongThreeSmallTags) {
     tags[wrong].id = (tags[wrong].id + 31 + static_cast<int>(round % 40)) % 108;
     std::vector<bool> expected(3, true);
     expected[wrong] = false;
-    n_right += SeedPose(tags, Mat(), camera, Pose()).tag_inlier == expected ? 1 : 0;
+    n_right += FindFramePose(tags, Mat(), camera, Pose()).tag_inlier == expected ? 1 : 0;
   }
   EXPECT_GE(n_right, kRounds - 1);
 }
 
-TEST(SeedPose, FindsTheLargestAgreementAmongManyWrongIds) {
+TEST(FramePose, FindsTheLargestAgreementAmongManyWrongIds) {
   const Camera camera;
   const Pose world_from_body = Hover({1.5, 1.3, 2.2}, 1.0);
   const auto truth = SeeTags(Mat(), camera, CourseCamFromBody() * Inverse(world_from_body), 0.2);
@@ -89,12 +90,12 @@ TEST(SeedPose, FindsTheLargestAgreementAmongManyWrongIds) {
     tags[i].id = (truth[i].id + 17 + 5 * static_cast<int>(i)) % 108;
     expected[i] = false;
   }
-  const PoseSeed seed = SeedPose(tags, Mat(), camera, CourseCamFromBody());
-  EXPECT_EQ(seed.tag_inlier, expected);
-  EXPECT_LT(PositionErrorM(seed.world_from_body, world_from_body), 0.02);
+  const FramePose found = FindFramePose(tags, Mat(), camera, CourseCamFromBody());
+  EXPECT_EQ(found.tag_inlier, expected);
+  EXPECT_LT(PositionErrorM(found.world_from_body, world_from_body), 0.02);
 }
 
-TEST(SeedPose, OneSmallTagKeepsBothMinima) {
+TEST(FramePose, OneSmallTagKeepsBothMinima) {
   const Camera camera;
   // A small tag, tilted by 16 degrees, and noise: either minimum may come out first.
   const Pose cam_from_world =
@@ -104,20 +105,20 @@ TEST(SeedPose, OneSmallTagKeepsBothMinima) {
   for (unsigned noise_seed = 1; noise_seed <= 20; ++noise_seed) {
     const auto tags = Only(SeeTags(Mat(), camera, cam_from_world, 0.3, noise_seed), {0});
     ASSERT_EQ(tags.size(), 1u);
-    const PoseSeed seed = SeedPose(tags, Mat(), camera, Pose());
-    ASSERT_EQ(seed.status, PoseSeedStatus::kOk);
-    double nearest = RotationErrorRad(seed.world_from_body, world_from_cam);
-    for (const Pose& other : seed.alternatives) {
+    const FramePose found = FindFramePose(tags, Mat(), camera, Pose());
+    ASSERT_EQ(found.status, FramePoseStatus::kOk);
+    double nearest = RotationErrorRad(found.world_from_body, world_from_cam);
+    for (const Pose& other : found.alternatives) {
       nearest = std::min(nearest, RotationErrorRad(other, world_from_cam));
     }
-    n_both += seed.alternatives.empty() ? 0 : 1;
+    n_both += found.alternatives.empty() ? 0 : 1;
     n_truth_kept += nearest < 0.25 ? 1 : 0;
   }
   EXPECT_GE(n_both, 14);
   EXPECT_GE(n_truth_kept, 19);
 }
 
-TEST(SeedPose, TwoDistantTagsKeepBothMinimaToo) {
+TEST(FramePose, TwoDistantTagsKeepBothMinimaToo) {
   const Camera camera;
   const Pose cam_from_world =
       MakePose(ExpSo3({M_PI, 0, 0}) * ExpSo3({0.3, 0.15, 0}), {-0.2, 0.2, 4});
@@ -125,35 +126,35 @@ TEST(SeedPose, TwoDistantTagsKeepBothMinimaToo) {
   for (unsigned noise_seed = 1; noise_seed <= 10; ++noise_seed) {
     const auto tags = Only(SeeTags(Mat(), camera, cam_from_world, 0.3, noise_seed), {13, 14});
     ASSERT_EQ(tags.size(), 2u);
-    const PoseSeed seed = SeedPose(tags, Mat(), camera, Pose());
-    EXPECT_EQ(seed.tag_inlier, std::vector<bool>(2, true));
-    n_both += seed.alternatives.empty() ? 0 : 1;
+    const FramePose found = FindFramePose(tags, Mat(), camera, Pose());
+    EXPECT_EQ(found.tag_inlier, std::vector<bool>(2, true));
+    n_both += found.alternatives.empty() ? 0 : 1;
   }
   EXPECT_GE(n_both, 7);
 }
 
-TEST(SeedPose, LeavesOutATagThatWasMovedByAThirdOfItsSide) {
+TEST(FramePose, LeavesOutATagThatWasMovedByAThirdOfItsSide) {
   const Camera camera;
   const Pose world_from_body = Hover({1.5, 1.3, 1.6}, 0.4);
   auto tags = SeeTags(Mat(), camera, CourseCamFromBody() * Inverse(world_from_body), 0.2);
   ASSERT_GE(tags.size(), 6u);
   for (auto& corner : tags[3].corners) corner += Eigen::Vector2d(7, 7);
-  const PoseSeed seed = SeedPose(tags, Mat(), camera, CourseCamFromBody());
+  const FramePose found = FindFramePose(tags, Mat(), camera, CourseCamFromBody());
   std::vector<bool> expected(tags.size(), true);
   expected[3] = false;
-  EXPECT_EQ(seed.tag_inlier, expected);
-  EXPECT_LT(seed.rms_px, 0.4);
+  EXPECT_EQ(found.tag_inlier, expected);
+  EXPECT_LT(found.rms_px, 0.4);
 }
 
-TEST(SeedPose, ManyTagsAtATiltLeaveNoAlternative) {
+TEST(FramePose, ManyTagsAtATiltLeaveNoAlternative) {
   const Camera camera;
   const Pose world_from_body = Hover({1.5, 1.3, 1.2}, 0.4, {0.3, 0, 0});
   const auto tags = SeeTags(Mat(), camera, CourseCamFromBody() * Inverse(world_from_body), 0.3);
   ASSERT_GE(tags.size(), 4u);
-  EXPECT_TRUE(SeedPose(tags, Mat(), camera, CourseCamFromBody()).alternatives.empty());
+  EXPECT_TRUE(FindFramePose(tags, Mat(), camera, CourseCamFromBody()).alternatives.empty());
 }
 
-TEST(SeedPose, UsesTagsOnSeveralPlanes) {
+TEST(FramePose, UsesTagsOnSeveralPlanes) {
   const Camera camera;
   const TagMap corner_of_a_room("tag36h11",
                                 {{1, MakePose(Eigen::Quaterniond::Identity(), {0.3, 0.3, 0}), 0.2},
@@ -163,14 +164,14 @@ TEST(SeedPose, UsesTagsOnSeveralPlanes) {
   const Pose cam_from_world = Inverse(MakePose(ExpSo3({0.65 - M_PI, 0, 0}), {0.15, -0.5, 1.3}));
   const auto tags = SeeTags(corner_of_a_room, camera, cam_from_world);
   ASSERT_EQ(tags.size(), 3u);
-  const PoseSeed seed = SeedPose(tags, corner_of_a_room, camera, Pose());
-  EXPECT_EQ(seed.tag_inlier, std::vector<bool>(3, true));
-  EXPECT_LT(PositionErrorM(seed.world_from_body, Inverse(cam_from_world)), 1e-6);
-  EXPECT_TRUE(seed.alternatives.empty());
+  const FramePose found = FindFramePose(tags, corner_of_a_room, camera, Pose());
+  EXPECT_EQ(found.tag_inlier, std::vector<bool>(3, true));
+  EXPECT_LT(PositionErrorM(found.world_from_body, Inverse(cam_from_world)), 1e-6);
+  EXPECT_TRUE(found.alternatives.empty());
 }
 
-TEST(SeedPose, SaysWhenThereIsNothingToUse) {
-  EXPECT_EQ(SeedPose({}, Mat(), Camera(), Pose()).status, PoseSeedStatus::kNoTags);
+TEST(FramePose, SaysWhenThereIsNothingToUse) {
+  EXPECT_EQ(FindFramePose({}, Mat(), Camera(), Pose()).status, FramePoseStatus::kNoTags);
   TagDetection stranger, collapsed, broken;
   stranger.id = 400;
   stranger.corners.fill({10, 10});
@@ -179,11 +180,11 @@ TEST(SeedPose, SaysWhenThereIsNothingToUse) {
   broken.id = 4;
   broken.corners.fill({std::nan(""), 100});
   for (const TagDetection& tag : {stranger, broken}) {
-    const PoseSeed seed = SeedPose({tag}, Mat(), Camera(), Pose());
-    EXPECT_EQ(seed.status, PoseSeedStatus::kNoTags);
-    EXPECT_EQ(seed.tag_inlier, std::vector<bool>(1, false));
+    const FramePose found = FindFramePose({tag}, Mat(), Camera(), Pose());
+    EXPECT_EQ(found.status, FramePoseStatus::kNoTags);
+    EXPECT_EQ(found.tag_inlier, std::vector<bool>(1, false));
   }
-  EXPECT_EQ(SeedPose({collapsed}, Mat(), Camera(), Pose()).status, PoseSeedStatus::kNoPose);
+  EXPECT_EQ(FindFramePose({collapsed}, Mat(), Camera(), Pose()).status, FramePoseStatus::kNoPose);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "estimator/start/seeding.h"
+#include "estimator/start/recording_start.h"
 
 #include <algorithm>
 #include <utility>
@@ -27,18 +27,18 @@ Twist TwistBetween(const GraphFrame& a, const GraphFrame& b) {
 }
 
 // Indices of the frames that have a pose of their own; the poses are written into the frames.
-std::vector<size_t> SeedPoses(const EstimatorSetup& setup,
-                              const std::vector<FrameMeasurements>& measurements,
-                              std::vector<GraphFrame>* frames) {
+std::vector<size_t> StartPoses(const EstimatorSetup& setup,
+                               const std::vector<FrameMeasurements>& measurements,
+                               std::vector<GraphFrame>* frames) {
   std::vector<PoseChoice> choices(measurements.size());
   setup.for_ranges(choices.size(), [&](size_t first, size_t last) {
     for (size_t i = first; i < last; ++i) {
       const FrameMeasurements& m = measurements[i];
-      const PoseSeed seed = SeedPose(m.tags, setup.map, setup.camera, setup.cam_from_body);
-      choices[i] = {m.t_ns, AgreeingTags(m.tags, seed), {}};
-      if (seed.status != PoseSeedStatus::kOk) continue;
-      choices[i].poses = seed.alternatives;
-      choices[i].poses.insert(choices[i].poses.begin(), seed.world_from_body);
+      const FramePose found = FindFramePose(m.tags, setup.map, setup.camera, setup.cam_from_body);
+      choices[i] = {m.t_ns, AgreeingTags(m.tags, found), {}};
+      if (found.status != FramePoseStatus::kOk) continue;
+      choices[i].poses = found.alternatives;
+      choices[i].poses.insert(choices[i].poses.begin(), found.world_from_body);
     }
   });
   const std::vector<std::optional<Pose>> path = LikeliestPath(setup, choices);
@@ -71,8 +71,8 @@ void FillPosesBetween(const std::vector<size_t>& known, std::vector<GraphFrame>*
   }
 }
 
-void SeedTwists(const std::vector<FrameMeasurements>& measurements,
-                std::vector<GraphFrame>* frames) {
+void StartTwists(const std::vector<FrameMeasurements>& measurements,
+                 std::vector<GraphFrame>* frames) {
   for (size_t i = 0; i < frames->size(); ++i) {
     GraphFrame& frame = (*frames)[i];
     if (measurements[i].closed_form.twist_ransac) {
@@ -94,33 +94,33 @@ BodyState Predict(const BodyState& state, double dt_s) {
   return out;
 }
 
-std::optional<Pose> ChoosePose(const PoseSeed& seed, const Pose* expected) {
-  if (seed.status != PoseSeedStatus::kOk) return std::nullopt;
-  Pose best = seed.world_from_body;
+std::optional<Pose> ChoosePose(const FramePose& found, const Pose* expected) {
+  if (found.status != FramePoseStatus::kOk) return std::nullopt;
+  Pose best = found.world_from_body;
   if (expected == nullptr) return best;
-  for (const Pose& other : seed.alternatives) {
+  for (const Pose& other : found.alternatives) {
     if (AngleBetween(other, *expected) < AngleBetween(best, *expected)) best = other;
   }
   return best;
 }
 
 std::vector<TagDetection> AgreeingTags(const std::vector<TagDetection>& tags,
-                                       const PoseSeed& seed) {
+                                       const FramePose& found) {
   std::vector<TagDetection> out;
   for (size_t i = 0; i < tags.size(); ++i) {
-    if (i < seed.tag_inlier.size() && seed.tag_inlier[i]) out.push_back(tags[i]);
+    if (i < found.tag_inlier.size() && found.tag_inlier[i]) out.push_back(tags[i]);
   }
   return out;
 }
 
-Result<std::vector<GraphFrame>> SeedFrames(const EstimatorSetup& setup,
-                                           const std::vector<FrameMeasurements>& measurements) {
+Result<std::vector<GraphFrame>> StartFrames(const EstimatorSetup& setup,
+                                            const std::vector<FrameMeasurements>& measurements) {
   std::vector<GraphFrame> frames(measurements.size());
   for (size_t i = 0; i < frames.size(); ++i) frames[i].t_ns = measurements[i].t_ns;
-  const std::vector<size_t> known = SeedPoses(setup, measurements, &frames);
+  const std::vector<size_t> known = StartPoses(setup, measurements, &frames);
   if (known.empty()) return Error{"no frame has a tag of the map that gives a pose"};
   FillPosesBetween(known, &frames);
-  SeedTwists(measurements, &frames);
+  StartTwists(measurements, &frames);
   return frames;
 }
 
