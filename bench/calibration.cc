@@ -10,7 +10,6 @@
 #include "estimator/jobs/progress.h"
 #include "frontend/base/chi_square.h"
 #include "frontend/base/option_check.h"
-#include "frontend/types/so3.h"
 #include "tests/support/calibration_flight.h"
 
 DEFINE_int32(seeds, 40, "Flights, every one with noise and tags of its own.");
@@ -51,7 +50,7 @@ Result<PoseScore> ScorePoses(const SetUp& set_up, const CalibrationFlight& fligh
     const Pose &estimate = batch->frames[i].state.world_from_body,
                &exact = flight.world_from_body[i];
     out.position += (estimate.translation() - exact.translation()).squaredNorm();
-    out.rotation += LogSo3(exact.rotation().conjugate() * estimate.rotation()).squaredNorm();
+    out.rotation += Difference(estimate, exact).head<3>().squaredNorm();
     ++out.frames;
   }
   return out;

@@ -16,7 +16,6 @@
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/simulation/renderer.h"
 #include "frontend/tags/find_tags.h"
-#include "frontend/types/so3.h"
 
 DEFINE_int32(pictures, 20, "Of each row.");
 DEFINE_uint64(seed, 1, "Of everything random.");
@@ -134,7 +133,7 @@ void AddPicture(const TagMap& map, const Camera& camera, const Pose& world_from_
   }
   const Pose off = Inverse(world_from_cam) * found.world_from_body;
   score->offset_mm.push_back(1e3 * off.translation().norm());
-  score->turn_deg.push_back(LogSo3(off.rotation()).norm() * 180 / kPi);
+  score->turn_deg.push_back(AngleBetween(Pose(), off) * 180 / kPi);
 }
 
 double QuantileOf(const std::vector<double>& values, double share) {

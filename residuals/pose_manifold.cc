@@ -2,12 +2,19 @@
 
 #include <Eigen/Geometry>
 
-#include "frontend/types/so3.h"
+#include "frontend/types/pose.h"
 
 namespace tagtwist {
 namespace {
 using ConstQ = Eigen::Map<const Eigen::Quaterniond>;
-using ConstV = Eigen::Map<const Eigen::Vector3d>;
+using Params = Eigen::Matrix<double, 7, 1>;
+
+Pose PoseAt(const double* params) {
+  Pose out;
+  out.params = Eigen::Map<const Params>(params);
+  return out;
+}
+
 // Columns: q * (e_i, 0), coefficient order xyzw.
 Eigen::Matrix<double, 4, 3> QTimesPureQuaternion(const Eigen::Quaterniond& q) {
   Eigen::Matrix<double, 4, 3> m;
@@ -16,16 +23,13 @@ Eigen::Matrix<double, 4, 3> QTimesPureQuaternion(const Eigen::Quaterniond& q) {
 }
 }  // namespace
 bool PoseManifold::Plus(const double* x, const double* d, double* out) const {
-  Eigen::Map<Eigen::Quaterniond> rotation(out);
-  Eigen::Map<Eigen::Vector3d> translation(out + 4);
-  rotation = (ConstQ(x) * ExpSo3(ConstV(d))).normalized();
-  translation = ConstV(x + 4) + ConstV(d + 3);
+  Eigen::Map<Params> moved(out);
+  moved = Retract(PoseAt(x), Eigen::Map<const PoseStep>(d)).params;
   return true;
 }
 bool PoseManifold::Minus(const double* y, const double* x, double* out) const {
-  Eigen::Map<Eigen::Vector3d> theta(out), rho(out + 3);
-  theta = LogSo3(ConstQ(x).conjugate() * ConstQ(y));
-  rho = ConstV(y + 4) - ConstV(x + 4);
+  Eigen::Map<PoseStep> step(out);
+  step = Difference(PoseAt(y), PoseAt(x));
   return true;
 }
 bool PoseManifold::PlusJacobian(const double* x, double* j) const {

@@ -11,10 +11,10 @@ TruthResidual EvaluateTruth(const Pose& truth, const Twist& rate, const Pose& tr
   const Eigen::Matrix3d a = truth_from_world.rotation().toRotationMatrix();
   const Eigen::Matrix3d c = world_from_cam.rotation().toRotationMatrix();
   const Eigen::Matrix3d m = cam_from_body.rotation().toRotationMatrix();
-  const Eigen::Vector3d log = LogSo3(truth.rotation().conjugate() * predicted.rotation());
-  const Eigen::Matrix3d log_by_right = RightJacobianInverseSo3(log);
   TruthResidual out;
-  out.residual << log, predicted.translation() - truth.translation();
+  out.residual = Difference(predicted, truth);
+  const Eigen::Vector3d log = out.residual.head<3>();
+  const Eigen::Matrix3d log_by_right = RightJacobianInverseSo3(log);
   out.by_cam << log_by_right * m.transpose(), Eigen::Matrix3d::Zero(),
       -a * c * Hat(cam_from_body.translation()), a;
   out.by_world << log_by_right * (c * m).transpose(), Eigen::Matrix3d::Zero(),

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontend/types/so3.h"
 #include "frontend/types/truth.h"
 #include "residuals/truth_residual.h"
 
@@ -85,9 +84,7 @@ std::optional<double> AdjustPose(const CalibrationProblem& problem, const Calibr
     const Eigen::Matrix<double, 6, 1> step = damped.llt().solve(normals->gradient);
     if (0.5 * step.dot(normals->gradient) < kEnough) break;
     CalibrationFrame moved = *frame;
-    const Pose& pose = frame->world_from_cam;
-    moved.world_from_cam =
-        MakePose(pose.rotation() * ExpSo3(-step.head<3>()), pose.translation() - step.tail<3>());
+    moved.world_from_cam = Retract(frame->world_from_cam, -step);
     const auto there = LinearizePose(problem, state, moved, noise);
     if (there && there->cost <= normals->cost) {
       *frame = moved;

@@ -10,7 +10,6 @@
 #include "estimator/calibration/options.h"
 #include "estimator/calibration/solver.h"
 #include "frontend/geometry/frame_pose.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
@@ -39,7 +38,7 @@ using Proposal = std::vector<Pose>;
 
 bool Agree(const Pose& a, const Pose& b, const MappingOptions& options) {
   return (a.translation() - b.translation()).norm() < kAgreeTags * options.tag_size_m &&
-         LogSo3(a.rotation().conjugate() * b.rotation()).norm() < kAgreeRad;
+         AngleBetween(a, b) < kAgreeRad;
 }
 
 struct Vote {

@@ -5,26 +5,12 @@
 #include <memory>
 #include <utility>
 
-#include "frontend/types/so3.h"
 #include "residuals/corner_whitener.h"
 #include "residuals/lens.h"
 #include "residuals/tag_calibration_residual.h"
 
 namespace tagtwist {
 namespace {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
-Pose PerturbPose(const Pose& pose, const Vector6& step) {
-  return MakePose(pose.rotation() * ExpSo3(step.head<3>()), pose.translation() + step.tail<3>());
-}
-
-Vector6 PoseDifference(const Pose& pose, const Pose& reference) {
-  Vector6 out;
-  out << LogSo3(reference.rotation().conjugate() * pose.rotation()),
-      pose.translation() - reference.translation();
-  return out;
-}
 
 // Appends the six entries of a pose.
 void AddPose(CalibrationGroup group, const std::string& name, const std::string& kind,
@@ -49,18 +35,18 @@ CalibrationLayout LayoutOf(const CalibrationState& state) {
   return {LensSize(state.camera), static_cast<int>(state.tags.size())};
 }
 
-CalibrationState Perturb(const CalibrationState& state, const Eigen::VectorXd& step) {
+CalibrationState Retract(const CalibrationState& state, const Eigen::VectorXd& step) {
   const CalibrationLayout layout = LayoutOf(state);
   CalibrationState out = state;
   out.camera = PerturbLens(state.camera, step.head(layout.lens_size));
   out.log_scale += step(layout.scale());
   out.line_time_s += step(layout.line_time());
-  out.cam_from_body = PerturbPose(state.cam_from_body, step.segment<6>(layout.mount()));
-  out.truth_from_world = PerturbPose(state.truth_from_world, step.segment<6>(layout.world()));
+  out.cam_from_body = Retract(state.cam_from_body, step.segment<6>(layout.mount()));
+  out.truth_from_world = Retract(state.truth_from_world, step.segment<6>(layout.world()));
   out.time_offset_s += step(layout.clock());
   for (int i = 0; i < layout.n_tags; ++i) {
     Tag& tag = out.tags[static_cast<size_t>(i)];
-    tag.world_from_tag = PerturbPose(tag.world_from_tag, step.segment<6>(layout.tag(i)));
+    tag.world_from_tag = Retract(tag.world_from_tag, step.segment<6>(layout.tag(i)));
     tag.bend_m += step(layout.bend(i));
   }
   return out;
@@ -72,14 +58,13 @@ Eigen::VectorXd Difference(const CalibrationState& state, const CalibrationState
   out.head(layout.lens_size) = LensDifference(state.camera, reference.camera);
   out(layout.scale()) = state.log_scale - reference.log_scale;
   out(layout.line_time()) = state.line_time_s - reference.line_time_s;
-  out.segment<6>(layout.mount()) = PoseDifference(state.cam_from_body, reference.cam_from_body);
-  out.segment<6>(layout.world()) =
-      PoseDifference(state.truth_from_world, reference.truth_from_world);
+  out.segment<6>(layout.mount()) = Difference(state.cam_from_body, reference.cam_from_body);
+  out.segment<6>(layout.world()) = Difference(state.truth_from_world, reference.truth_from_world);
   out(layout.clock()) = state.time_offset_s - reference.time_offset_s;
   for (int i = 0; i < layout.n_tags; ++i) {
     const auto k = static_cast<size_t>(i);
     out.segment<6>(layout.tag(i)) =
-        PoseDifference(state.tags[k].world_from_tag, reference.tags[k].world_from_tag);
+        Difference(state.tags[k].world_from_tag, reference.tags[k].world_from_tag);
     out(layout.bend(i)) = state.tags[k].bend_m - reference.tags[k].bend_m;
   }
   return out;
@@ -159,15 +144,14 @@ void UpdateMotion(std::vector<CalibrationFrame>* frames) {
     (*frames)[i].motion.reset();
     if (first.t_ns == last.t_ns) continue;
     const double dt_s = ToSeconds(last.t_ns - first.t_ns);
-    const Vector6 way = PoseDifference(last.world_from_cam, first.world_from_cam);
-    (*frames)[i].motion = Twist{way.tail<3>() / dt_s, way.head<3>() / dt_s};
+    (*frames)[i].motion = TwistBetween(first.world_from_cam, last.world_from_cam, dt_s);
   }
 }
 
 CalibrationState OnlyFree(const CalibrationState& state, const CalibrationProblem& problem) {
   Eigen::VectorXd difference = Difference(state, problem.prior);
   difference = (problem.prior_sigmas.array() > 0).select(difference, 0.0);
-  return Perturb(problem.prior, difference);
+  return Retract(problem.prior, difference);
 }
 
 CalibrationProblem Restrict(const CalibrationProblem& problem,

@@ -43,7 +43,7 @@ struct CalibrationLayout {
 };
 CalibrationLayout LayoutOf(const CalibrationState& state);
 
-CalibrationState Perturb(const CalibrationState& state, const Eigen::VectorXd& step);
+CalibrationState Retract(const CalibrationState& state, const Eigen::VectorXd& step);
 /// The inverse of Perturb: from `reference` to `state`, of one layout.
 Eigen::VectorXd Difference(const CalibrationState& state, const CalibrationState& reference);
 

@@ -8,7 +8,6 @@
 #include "estimator/calibration/costs.h"
 #include "estimator/calibration/noise.h"
 #include "estimator/calibration/normals.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
@@ -41,8 +40,7 @@ std::vector<CalibrationFrame> MoveFrames(std::vector<CalibrationFrame> frames,
     const EliminatedFrame& eliminated = normals.frames[i];
     const Eigen::VectorXd of_frame = shared_step(eliminated.columns);
     const Eigen::Matrix<double, 6, 1> step = -(eliminated.offset + eliminated.by_shared * of_frame);
-    Pose& pose = frames[i].world_from_cam;
-    pose = MakePose(pose.rotation() * ExpSo3(step.head<3>()), pose.translation() + step.tail<3>());
+    frames[i].world_from_cam = Retract(frames[i].world_from_cam, step);
   }
   return frames;
 }
@@ -109,7 +107,7 @@ CalibrationSolution Search(const CalibrationProblem& problem, const std::vector<
                  gain = normals->pose_gain - 0.5 * normals->gradient.dot(step);
     if (!(gain * (1 + damping) > kTolerance)) break;
     ++out.iterations;
-    CalibrationState state = Perturb(out.state, step);
+    CalibrationState state = Retract(out.state, step);
     std::vector<CalibrationFrame> frames = MoveFrames(out.frames, *normals, step);
     const double last_damping = std::exchange(damping, damping > kLeastDamping ? 0.1 * damping : 0);
     linearize(state, frames);

@@ -6,7 +6,6 @@
 
 #include "estimator/calibration/costs.h"
 #include "frontend/base/quantile.h"
-#include "frontend/types/so3.h"
 #include "frontend/types/truth.h"
 
 namespace tagtwist {
@@ -36,8 +35,7 @@ void AddSamples(const CalibrationProblem& problem, const CalibrationState& state
   if (!truth) return;
   const Pose body = state.truth_from_world * frame.world_from_cam * state.cam_from_body;
   out->truth_m.push_back((body.translation() - truth->world_from_body.translation()).norm());
-  out->truth_rad.push_back(
-      LogSo3(truth->world_from_body.rotation().conjugate() * body.rotation()).norm());
+  out->truth_rad.push_back(AngleBetween(truth->world_from_body, body));
 }
 
 std::vector<CalibrationGroup> FreeGroups(const CalibrationProblem& problem,

@@ -17,10 +17,6 @@ namespace {
 // not end it.
 constexpr double kStepTolerance = 0.1;
 
-double RotationAngle(const Pose& a, const Pose& b) {
-  return LogSo3(a.rotation().conjugate() * b.rotation()).norm();
-}
-
 // Sums up pairs (i, second(i)); second returns the matches' size where there is no pair.
 template <typename Second>
 std::optional<RelativeError> RelativeErrors(const std::vector<TruthMatch>& matches,
@@ -205,7 +201,7 @@ Result<Accuracy> Evaluate(const PoseSeries& series, const std::vector<TruthSampl
   for (const TruthMatch& m : matches) {
     const Pose &estimate = m.estimate.world_from_body, &reference = m.truth.world_from_body;
     position.push_back((estimate.translation() - reference.translation()).norm());
-    rotation.push_back(RotationAngle(reference, estimate));
+    rotation.push_back(AngleBetween(reference, estimate));
   }
   out.position_m = Summarise(std::move(position));
   out.rotation_rad = Summarise(std::move(rotation));

@@ -1,7 +1,5 @@
 #include "estimator/graph/graph.h"
 
-#include "frontend/types/so3.h"
-
 namespace tagtwist {
 
 GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration) {
@@ -25,11 +23,16 @@ Acceleration ToAcceleration(const GraphState& state) {
   return {state.rates.segment<3>(6), state.rates.segment<3>(9)};
 }
 
-GraphState Moved(const GraphState& state, const Eigen::Matrix<double, 18, 1>& step) {
+GraphState Retract(const GraphState& state, const GraphStep& step) {
   GraphState out = state;
-  out.pose = MakePose(state.pose.rotation() * ExpSo3(step.head<3>()),
-                      state.pose.translation() + step.segment<3>(3));
+  out.pose = Retract(state.pose, step.head<6>());
   out.rates += step.tail<12>();
+  return out;
+}
+
+GraphStep Difference(const GraphState& state, const GraphState& reference) {
+  GraphStep out;
+  out << Difference(state.pose, reference.pose), state.rates - reference.rates;
   return out;
 }
 

@@ -35,8 +35,12 @@ struct GraphState {
 GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration);
 BodyState ToBodyState(const GraphState& state);
 Acceleration ToAcceleration(const GraphState& state);
-/// state [+] step, in its error state.
-GraphState Moved(const GraphState& state, const Eigen::Matrix<double, 18, 1>& step);
+/// A step in the error state of GraphState.
+using GraphStep = Eigen::Matrix<double, 18, 1>;
+/// state [+] step.
+GraphState Retract(const GraphState& state, const GraphStep& step);
+/// The step that leads from the reference to the state: state = reference [+] step.
+GraphStep Difference(const GraphState& state, const GraphState& reference);
 
 enum class FactorKind { kTag, kTrack, kMotion, kPrior };
 

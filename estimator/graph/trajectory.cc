@@ -75,7 +75,7 @@ struct AngularPart {
 
 AngularPart InterpolateAngular(const GraphState& first, const GraphState& second,
                                const Interpolator& w) {
-  const Eigen::Vector3d phi = LogSo3(first.pose.rotation().conjugate() * second.pose.rotation());
+  const Eigen::Vector3d phi = Difference(second.pose, first.pose).head<3>();
   const Eigen::Matrix3d jr_inverse = RightJacobianInverseSo3(phi);
   const Eigen::Vector3d omega1 = first.rates.segment<3>(3), alpha1 = first.rates.segment<3>(9);
   const Eigen::Vector3d omega2 = second.rates.segment<3>(3), alpha2 = second.rates.segment<3>(9);

@@ -16,11 +16,13 @@ constexpr double kRounding = 1e-11;
 // Damping, as a multiple of the diagonal: none while steps succeed, from kLeast on when one fails.
 constexpr double kLeastDamping = 1e-10, kMostDamping = 1e4;
 
-std::vector<GraphState> Moved(const std::vector<GraphState>& states, const Eigen::VectorXd& step) {
+std::vector<GraphState> Retract(const std::vector<GraphState>& states,
+                                const Eigen::VectorXd& step) {
   std::vector<GraphState> out;
   out.reserve(states.size());
   for (size_t k = 0; k < states.size(); ++k) {
-    out.push_back(Moved(states[k], step.segment<kSize>(kSize * static_cast<Eigen::Index>(k))));
+    out.push_back(
+        tagtwist::Retract(states[k], step.segment<kSize>(kSize * static_cast<Eigen::Index>(k))));
   }
   return out;
 }
@@ -63,7 +65,7 @@ BandedSolution SolveBanded(const SolveOptions& options, Graph* graph) {
       ++out.summary.iterations;
       const Eigen::VectorXd step = cholesky.Solve(-system.gradient);
       const double expected = -0.5 * system.gradient.dot(step);
-      std::vector<GraphState> before = Moved(graph->states, step);
+      std::vector<GraphState> before = Retract(graph->states, step);
       std::swap(before, graph->states);
       if (damping == 0 && expected <= options.function_tolerance * system.cost + kNoDecrease) {
         Finish(std::move(cholesky), system.cost - expected, &out);

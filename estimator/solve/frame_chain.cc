@@ -8,7 +8,6 @@
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/banded_solver.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
@@ -102,10 +101,7 @@ void FrameChain::SetNoise(const NoiseModel& noise) {
 }
 
 FrameChain::Vector6 FrameChain::MovedFromReference(size_t k) const {
-  const Pose &from = forms_[k].reference, &to = states_[k].pose;
-  Vector6 out;
-  out << LogSo3(from.rotation().conjugate() * to.rotation()), to.translation() - from.translation();
-  return out;
+  return Difference(states_[k].pose, forms_[k].reference);
 }
 
 bool FrameChain::LinearizeTags(size_t k) {
@@ -220,7 +216,7 @@ std::optional<Solution> FrameChain::Solve(const NoiseModel& noise, const SolveOp
     const Eigen::VectorXd step = cholesky.Solve(-system.gradient);
     const double expected = -0.5 * system.gradient.dot(step);
     for (size_t k = 0; k < states_.size(); ++k) {
-      states_[k] = Moved(states_[k], step.segment<kSize>(kSize * static_cast<Eigen::Index>(k)));
+      states_[k] = Retract(states_[k], step.segment<kSize>(kSize * static_cast<Eigen::Index>(k)));
     }
     cost_before = system.cost;
     if (expected <= options.function_tolerance * system.cost + kNoDecrease ||

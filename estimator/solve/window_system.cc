@@ -8,22 +8,12 @@
 #include "estimator/graph/linear_system.h"
 #include "estimator/graph/marginalisation.h"
 #include "estimator/graph/noise_model.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
 
 constexpr int kSize = BlockBandedMatrix::kSize;
 using Vector18 = Eigen::Matrix<double, kSize, 1>;
-
-// state = reference [+] difference, in the error state of GraphState.
-Vector18 Difference18(const GraphState& state, const GraphState& reference) {
-  Vector18 out;
-  out.head<3>() = LogSo3(reference.pose.rotation().conjugate() * state.pose.rotation());
-  out.segment<3>(3) = state.pose.translation() - reference.pose.translation();
-  out.tail<12>() = state.rates - reference.rates;
-  return out;
-}
 
 // Tags: a move by d, in rad and metres, changes their Jacobian by about its size, and so the
 // whitened residuals by that times what d itself changes them by: this much may be neglected. Pose
@@ -43,20 +33,14 @@ Graph GraphOf(const EstimatorSetup& setup, const NoiseModel& noise,
 }  // namespace
 
 Vector18 WindowSystem::PriorForm::GradientAt(const GraphState& state, double* cost) const {
-  const Vector18 d = Difference18(state, reference), h = hessian * d;
+  const Vector18 d = Difference(state, reference), h = hessian * d;
   *cost += d.dot(gradient + 0.5 * h);
   return gradient + h;
 }
 
-WindowSystem::Vector6 WindowSystem::TagForm::Moved(const GraphState& state) const {
-  GraphState at;
-  at.pose = reference;
-  return Difference18(state, at).head<6>();
-}
-
 WindowSystem::Vector6 WindowSystem::TagForm::GradientAt(const GraphState& state,
                                                         double* cost_sum) const {
-  const Vector6 d = Moved(state), h = hessian * d;
+  const Vector6 d = Difference(state.pose, reference), h = hessian * d;
   *cost_sum += cost + d.dot(gradient + 0.5 * h);
   return gradient + h;
 }
@@ -64,7 +48,7 @@ WindowSystem::Vector6 WindowSystem::TagForm::GradientAt(const GraphState& state,
 std::pair<Vector18, Vector18> WindowSystem::MotionForm::GradientsAt(const GraphState& at_first,
                                                                     const GraphState& at_second,
                                                                     double* cost_sum) const {
-  const Vector18 d0 = Difference18(at_first, first), d1 = Difference18(at_second, second);
+  const Vector18 d0 = Difference(at_first, first), d1 = Difference(at_second, second);
   const Vector18 e0 = h00 * d0 + h10.transpose() * d1, e1 = h10 * d0 + h11 * d1;
   *cost_sum += cost + d0.dot(g0 + 0.5 * e0) + d1.dot(g1 + 0.5 * e1);
   return {g0 + e0, g1 + e1};
@@ -164,7 +148,7 @@ bool WindowSystem::LinearizeWhatMoved(const EstimatorSetup& setup, const NoiseMo
   bool any = false;
   for (size_t k = 0; k < states_.size(); ++k) {
     TagForm& tags = frames_[k].tags;
-    const Vector6 moved = tags.Moved(states_[k]);
+    const Vector6 moved = Difference(states_[k].pose, tags.reference);
     if (moved.norm() * std::sqrt(moved.dot(tags.hessian * moved)) > kTagNeglected) {
       GraphFrame frame = input.frames[k];
       frame.state = ToBodyState(states_[k]);
@@ -173,8 +157,8 @@ bool WindowSystem::LinearizeWhatMoved(const EstimatorSetup& setup, const NoiseMo
     }
     if (k == 0) continue;
     const MotionForm& motion = *frames_[k].motion;
-    const Vector18 first = Difference18(states_[k - 1], motion.first),
-                   second = Difference18(states_[k], motion.second);
+    const Vector18 first = Difference(states_[k - 1], motion.first),
+                   second = Difference(states_[k], motion.second);
     if ((second - first).head<3>().norm() > kMotionTurnRad ||
         second.head<3>().norm() > kMotionTurnBothRad) {
       LinearizeMotion(noise, k);
@@ -220,7 +204,7 @@ Result<Solution> WindowSystem::Solve(const EstimatorSetup& setup, const NoiseMod
     const Eigen::VectorXd step = cholesky.Solve(-gradient);
     out.cost += 0.5 * gradient.dot(step);
     for (size_t k = 0; k < states_.size(); ++k) {
-      states_[k] = Moved(states_[k], step.segment<kSize>(kSize * static_cast<int>(k)));
+      states_[k] = Retract(states_[k], step.segment<kSize>(kSize * static_cast<int>(k)));
     }
     const bool moved = LinearizeWhatMoved(setup, noise, input);
     const bool may_go_on = iteration + 1 < options.max_iterations && !IsUp(options.time_up);

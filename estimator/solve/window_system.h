@@ -52,8 +52,7 @@ class WindowSystem {
     Matrix6 hessian = Matrix6::Zero();
     Vector6 gradient = Vector6::Zero();
     double cost = 0;
-    std::vector<double> weights;                   // one a tag
-    Vector6 Moved(const GraphState& state) const;  // from the reference
+    std::vector<double> weights;  // one a tag
     Vector6 GradientAt(const GraphState& state, double* cost) const;
   };
   struct MotionForm {  // from the state before

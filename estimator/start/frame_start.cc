@@ -9,7 +9,6 @@
 #include "estimator/start/recording_start.h"
 #include "frontend/base/quantile.h"
 #include "frontend/geometry/frame_pose.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
@@ -117,8 +116,7 @@ bool IsWithinReach(const Pose& from, const Pose& to, double dt_s) {
   constexpr double kFastestMps = 10, kFastestRadps = 20;
   constexpr double kNoiseM = 0.02, kNoiseRad = 0.1;  // of poses from single frames
   return (to.translation() - from.translation()).norm() < kNoiseM + kFastestMps * dt_s &&
-         LogSo3(from.rotation().conjugate() * to.rotation()).norm() <
-             kNoiseRad + kFastestRadps * dt_s;
+         AngleBetween(from, to) < kNoiseRad + kFastestRadps * dt_s;
 }
 
 }  // namespace tagtwist

@@ -2,7 +2,6 @@
 
 #include "estimator/graph/noise_model.h"
 #include "frontend/geometry/frame_pose.h"
-#include "frontend/types/so3.h"
 #include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist {
@@ -33,8 +32,7 @@ std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& no
   const auto cost = CostAt(setup, noise, frame, pose);
   const auto of_mirrored = CostAt(setup, noise, frame, *mirrored);
   if (!cost || !of_mirrored) return std::nullopt;
-  return Mirror{LogSo3(pose.rotation().conjugate() * mirrored->rotation()).norm(),
-                *of_mirrored - *cost};
+  return Mirror{AngleBetween(pose, *mirrored), *of_mirrored - *cost};
 }
 
 }  // namespace tagtwist

@@ -6,7 +6,6 @@
 
 #include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
@@ -45,7 +44,7 @@ double TurnCost(const Pose& a, const Node& node_a, const Pose& b, const Node& no
   const double turn_rad = kRateRadps * dt_s;
   const Eigen::Matrix3d covariance = node_a.attitude_covariance + node_b.attitude_covariance +
                                      turn_rad * turn_rad * Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d turn = LogSo3(a.rotation().conjugate() * b.rotation());
+  const Eigen::Vector3d turn = Difference(b, a).head<3>();
   return turn.dot(covariance.llt().solve(turn));
 }
 

@@ -4,26 +4,12 @@
 #include <utility>
 
 #include "estimator/start/pose_path.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
 
-double AngleBetween(const Pose& a, const Pose& b) {
-  return LogSo3(a.rotation().conjugate() * b.rotation()).norm();
-}
-
 Pose Interpolate(const Pose& a, const Pose& b, double fraction) {
-  const Eigen::Vector3d turn = LogSo3(a.rotation().conjugate() * b.rotation());
-  return MakePose(a.rotation() * ExpSo3(fraction * turn),
-                  a.translation() + fraction * (b.translation() - a.translation()));
-}
-
-Twist TwistBetween(const GraphFrame& a, const GraphFrame& b) {
-  const double dt_s = ToSeconds(b.t_ns - a.t_ns);
-  const Pose &pose_a = a.state.world_from_body, &pose_b = b.state.world_from_body;
-  return {(pose_b.translation() - pose_a.translation()) / dt_s,
-          LogSo3(pose_a.rotation().conjugate() * pose_b.rotation()) / dt_s};
+  return Retract(a, fraction * Difference(b, a));
 }
 
 // Indices of the frames that have a pose of their own; the poses are written into the frames.
@@ -79,7 +65,9 @@ void StartTwists(const std::vector<FrameMeasurements>& measurements,
       frame.state.twist = *measurements[i].closed_form.twist_ransac;
     } else if (frames->size() > 1) {
       const size_t first = i + 1 < frames->size() ? i : i - 1;
-      frame.state.twist = TwistBetween((*frames)[first], (*frames)[first + 1]);
+      const GraphFrame &a = (*frames)[first], &b = (*frames)[first + 1];
+      frame.state.twist = TwistBetween(a.state.world_from_body, b.state.world_from_body,
+                                       ToSeconds(b.t_ns - a.t_ns));
     }
   }
 }
@@ -87,11 +75,9 @@ void StartTwists(const std::vector<FrameMeasurements>& measurements,
 }  // namespace
 
 BodyState Predict(const BodyState& state, double dt_s) {
-  BodyState out = state;
-  out.world_from_body =
-      MakePose(state.world_from_body.rotation() * ExpSo3(dt_s * state.twist.omega_body),
-               state.world_from_body.translation() + dt_s * state.twist.v_world);
-  return out;
+  PoseStep way;
+  way << dt_s * state.twist.omega_body, dt_s * state.twist.v_world;
+  return {Retract(state.world_from_body, way), state.twist};
 }
 
 std::optional<Pose> ChoosePose(const FramePose& found, const Pose* expected) {

@@ -3,8 +3,6 @@
 #include <Eigen/Cholesky>
 #include <limits>
 
-#include "frontend/types/so3.h"
-
 namespace tagtwist {
 namespace {
 
@@ -57,8 +55,7 @@ RefinedPose RefinePose(const Pose& cam_from_world, const std::vector<PointInImag
     Matrix6 damped = at_best.information;
     damped.diagonal() *= 1 + damping;
     const Vector6 step = -damped.ldlt().solve(at_best.gradient);
-    const Pose moved = MakePose(best.cam_from_world.rotation() * ExpSo3(step.head<3>()),
-                                best.cam_from_world.translation() + step.tail<3>());
+    const Pose moved = Retract(best.cam_from_world, step);
     const Linearised at_moved = Linearise(moved, points, camera);
     if (!(at_moved.squared_error_px2 <= at_best.squared_error_px2)) {
       damping = damping < 1e-3 ? 1e-3 : 10 * damping;

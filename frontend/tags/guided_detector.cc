@@ -77,13 +77,11 @@ bool Update(const ExpectedTag& expected, const RefinedTag& seen, PosePrediction*
   if (!(difference.dot(innovation.solve(difference)) < kMostSurprise)) return false;
   const Eigen::Matrix<double, 8, 6> gain_transposed =
       innovation.solve(expected.d_corners * prediction->covariance);
-  const Eigen::Matrix<double, 6, 1> step = gain_transposed.transpose() * difference;
+  const PoseStep step = gain_transposed.transpose() * difference;
   const PoseCovariance reduced = prediction->covariance - gain_transposed.transpose() *
                                                               expected.d_corners *
                                                               prediction->covariance;
-  const Pose& pose = prediction->world_from_body;
-  prediction->world_from_body =
-      MakePose(pose.rotation() * ExpSo3(step.head<3>()), pose.translation() + step.tail<3>());
+  prediction->world_from_body = Retract(prediction->world_from_body, step);
   prediction->covariance = 0.5 * (reduced + reduced.transpose());
   return true;
 }

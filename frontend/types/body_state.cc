@@ -1,26 +1,26 @@
 #include "frontend/types/body_state.h"
 
-#include "frontend/types/so3.h"
-
 namespace tagtwist {
 
 StateVector Difference(const BodyState& state, const BodyState& reference) {
   StateVector d;
-  d << LogSo3(reference.world_from_body.rotation().conjugate() * state.world_from_body.rotation()),
-      state.world_from_body.translation() - reference.world_from_body.translation(),
+  d << Difference(state.world_from_body, reference.world_from_body),
       state.twist.v_world - reference.twist.v_world,
       state.twist.omega_body - reference.twist.omega_body;
   return d;
 }
 
-BodyState Perturb(const BodyState& reference, const StateVector& difference) {
+BodyState Retract(const BodyState& state, const StateVector& step) {
   BodyState out;
-  out.world_from_body =
-      MakePose(reference.world_from_body.rotation() * ExpSo3(difference.head<3>()),
-               reference.world_from_body.translation() + difference.segment<3>(3));
-  out.twist.v_world = reference.twist.v_world + difference.segment<3>(6);
-  out.twist.omega_body = reference.twist.omega_body + difference.tail<3>();
+  out.world_from_body = Retract(state.world_from_body, step.head<6>());
+  out.twist.v_world = state.twist.v_world + step.segment<3>(6);
+  out.twist.omega_body = state.twist.omega_body + step.tail<3>();
   return out;
+}
+
+Twist TwistBetween(const Pose& first, const Pose& second, double dt_s) {
+  const PoseStep way = Difference(second, first);
+  return {way.tail<3>() / dt_s, way.head<3>() / dt_s};
 }
 
 }  // namespace tagtwist

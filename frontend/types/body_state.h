@@ -24,13 +24,16 @@ struct BodyState {
 
 using StateVector = Eigen::Matrix<double, 12, 1>;
 using StateCovariance = Eigen::Matrix<double, 12, 12>;
-/// Of the pose alone, the first six entries of the error state.
+/// Covariance of the pose alone, the first six entries of the error state.
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 
 /// Error state of `state` as seen from `reference`: state = reference [+] difference.
 StateVector Difference(const BodyState& state, const BodyState& reference);
-/// The inverse of Difference.
-BodyState Perturb(const BodyState& reference, const StateVector& difference);
+/// state [+] step: the inverse of Difference.
+BodyState Retract(const BodyState& state, const StateVector& step);
+
+/// The mean twist of a body that goes from one pose to the other in dt_s.
+Twist TwistBetween(const Pose& first, const Pose& second, double dt_s);
 
 /// Time is integer nanoseconds inside; files hold seconds (or ns where the format says so).
 struct TruthSample {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontend/types/so3.h"
-
 namespace tagtwist {
 
 std::optional<TruthSample> InterpolateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
@@ -47,10 +45,7 @@ std::optional<Twist> DifferentiateTruth(const std::vector<TruthSample>& truth, i
   const auto before = InterpolateTruth(truth, t_ns - kStepNs, max_gap_s);
   const auto after = InterpolateTruth(truth, t_ns + kStepNs, max_gap_s);
   if (!before || !after) return std::nullopt;
-  const double dt_s = ToSeconds(2 * kStepNs);
-  const Pose &a = before->world_from_body, &b = after->world_from_body;
-  return Twist{(b.translation() - a.translation()) / dt_s,
-               LogSo3(a.rotation().conjugate() * b.rotation()) / dt_s};
+  return TwistBetween(before->world_from_body, after->world_from_body, ToSeconds(2 * kStepNs));
 }
 
 }  // namespace tagtwist

@@ -172,7 +172,7 @@ TEST(Transform, TwistIsTheDerivativeOfTheTransformedPose) {
 TEST(Transform, CovarianceFollowsTheNumericJacobian) {
   const BodyState s = SmoothState(3.2);
   const auto moved = [&](const StateVector& d) {
-    const BodyState p = Perturb(s, d);
+    const BodyState p = Retract(s, d);
     const auto m =
         Transform({0, p.world_from_body, p.twist, std::nullopt}, kTruthFromWorld, kBodyFromMarker);
     return BodyState{m.world_from_body, *m.twist};

@@ -95,7 +95,7 @@ TEST(BandedSolver, LowersTheCostWhereAFullStepWouldRaiseIt) {
   Graph solved = start, full_step = start;
   const BlockBandedCholesky cholesky(Linearize(start).hessian);
   ASSERT_TRUE(cholesky.ok());
-  full_step.states[0] = Moved(start.states[0], cholesky.Solve(-Linearize(start).gradient));
+  full_step.states[0] = Retract(start.states[0], cholesky.Solve(-Linearize(start).gradient));
   const LinearSystem after_full_step = Linearize(full_step);
   ASSERT_FALSE(after_full_step.is_whole && after_full_step.cost < Linearize(start).cost);
   for (int n = 1; n < 6; ++n) {

@@ -74,7 +74,7 @@ TEST(Evaluation, KnownErrorsGiveKnownFigures) {
     error.segment<3>(3) = Eigen::Vector3d(0.01, 0.02, 0.02);
     error.segment<3>(6) = Eigen::Vector3d(0.3, 0, 0.4) * (i % 2 == 0 ? 1 : 0);
     error.tail<3>() = Eigen::Vector3d(0, 0, 0.2);
-    s = Perturb(s, error);
+    s = Retract(s, error);
     estimate[i].world_from_body = s.world_from_body;
     estimate[i].twist = s.twist;
   }
@@ -171,7 +171,7 @@ Accuracy AccuracyOfDraws(double claimed_scale) {
     const StateCovariance p = RealisticCovariance(rng);
     const StateVector error = p.llt().matrixL() * NormalVector(rng);
     // The truth is a draw around the estimate: Perturb is not symmetric in the second order.
-    const BodyState s = Perturb({t.world_from_body, *t.twist}, -error);
+    const BodyState s = Retract({t.world_from_body, *t.twist}, -error);
     estimate.push_back({t.t_ns, s.world_from_body, s.twist, claimed_scale * p});
   }
   return *Evaluate(estimate, truth, {});

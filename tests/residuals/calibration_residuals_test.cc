@@ -28,10 +28,6 @@ Camera Lens() {
   return c;
 }
 
-Pose Moved(const Pose& pose, const Eigen::VectorXd& d) {
-  return MakePose(pose.rotation() * ExpSo3(d.head<3>()), pose.translation() + d.tail<3>());
-}
-
 using Function = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
 
 // Analytic against central differences of fourth order, relative to its largest entry.
@@ -69,11 +65,11 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
     // d: [camera 6, tag 6, its bend, log scale, lens, line time in units of its own].
     const auto at = [&](const Eigen::VectorXd& d, TagCalibrationResidual* out) {
       Tag moved = tag;
-      moved.world_from_tag = Moved(tag.world_from_tag, d.segment<6>(6));
+      moved.world_from_tag = Retract(tag.world_from_tag, d.segment<6>(6));
       moved.bend_m += d(12);
       EXPECT_TRUE(EvaluateTagCalibration(moved, std::exp(log_scale + d(13)),
                                          PerturbLens(Lens(), d.segment(14, 12)),
-                                         Moved(world_from_cam, d.head<6>()), pixels, whitener,
+                                         Retract(world_from_cam, d.head<6>()), pixels, whitener,
                                          {kLineTimeS + kLineTimeS * d(26), motion}, out));
     };
     TagCalibrationResidual linear;
@@ -127,14 +123,14 @@ TEST_F(CalibrationResiduals, BehindTheCameraIsRefused) {
 TEST_F(CalibrationResiduals, TruthDerivativesMatchNumericOnes) {
   for (int round = 0; round < 20; ++round) {
     const Pose world = RandomPose(1), cam = RandomPose(2), mount = RandomPose(2);
-    const Pose truth = Moved(world * cam * mount, 0.3 * Eigen::VectorXd::Random(6));
+    const Pose truth = Retract(world * cam * mount, 0.3 * Eigen::VectorXd::Random(6));
     const Twist rate{Vec(), Vec()};
     // d: [camera 6, world 6, mount 6, offset].
     const auto at = [&](const Eigen::VectorXd& d) {
       const Pose later = MakePose(truth.rotation() * ExpSo3(d(18) * rate.omega_body),
                                   truth.translation() + d(18) * rate.v_world);
-      return EvaluateTruth(later, rate, Moved(world, d.segment<6>(6)), Moved(cam, d.head<6>()),
-                           Moved(mount, d.segment<6>(12)));
+      return EvaluateTruth(later, rate, Retract(world, d.segment<6>(6)), Retract(cam, d.head<6>()),
+                           Retract(mount, d.segment<6>(12)));
     };
     const TruthResidual linear = at(Eigen::VectorXd::Zero(19));
     Eigen::MatrixXd analytic(6, 19);

@@ -128,7 +128,7 @@ CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options)
   believed.camera = out.config.camera;
   believed.cam_from_body = out.config.cam_from_body;
   believed.tags = out.config.map.tags();
-  out.truth = Perturb(believed, Errors(believed, options, &draw));
+  out.truth = Retract(believed, Errors(believed, options, &draw));
   out.truth.line_time_s = options.line_time_s;
   for (int i = 0; i < options.frames; ++i) {
     const double t = kStartS + i / options.rate_hz;

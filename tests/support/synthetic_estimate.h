@@ -22,7 +22,7 @@ inline Estimate SyntheticEstimate(size_t frames, bool window) {
     const BodyState truth = SmoothState(ToSeconds(f.t_ns));
     f.covariance = RealisticCovariance(rng);
     const StateVector error = f.covariance.llt().matrixL() * NormalVector(rng);
-    f.state = Perturb(truth, -error);
+    f.state = Retract(truth, -error);
     f.n_tags = i % 40 == 39 ? 0 : 6 + static_cast<int>(i % 7);
     f.n_tracks = 60 + static_cast<int>(i % 13);
     f.status = f.n_tags == 0 ? FrameStatus::kPredicted : FrameStatus::kOk;
@@ -30,11 +30,11 @@ inline Estimate SyntheticEstimate(size_t frames, bool window) {
       const StateVector draw = f.covariance.llt().matrixL() * NormalVector(rng);
       const StateVector plain = 10 * draw;
       low_pass = 0.8 * low_pass + 0.2 * plain;
-      f.closed_form.world_from_body = Perturb(truth, 0.3 * plain).world_from_body;
+      f.closed_form.world_from_body = Retract(truth, 0.3 * plain).world_from_body;
       if (i > 0) {
-        f.closed_form.twist_plain = Perturb(truth, 1.5 * plain).twist;
-        f.closed_form.twist_ransac = Perturb(truth, plain).twist;
-        f.closed_form.twist_low_pass = Perturb(truth, low_pass).twist;
+        f.closed_form.twist_plain = Retract(truth, 1.5 * plain).twist;
+        f.closed_form.twist_ransac = Retract(truth, plain).twist;
+        f.closed_form.twist_low_pass = Retract(truth, low_pass).twist;
       }
     }
     if (window && i < 2) {

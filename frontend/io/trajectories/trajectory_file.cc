@@ -12,7 +12,6 @@
 #include "frontend/io/tables/stamps.h"
 #include "frontend/io/trajectories/mat_truth.h"
 #include "frontend/io/trajectories/truth_parts.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist {
 namespace {
@@ -189,9 +188,9 @@ std::vector<Eigen::Vector3d> DifferentiateAttitude(const std::vector<TruthSample
   for (size_t i = 0; truth.size() >= 2 && i < truth.size(); ++i) {
     const TruthSample& before = truth[i == 0 ? 0 : i - 1];
     const TruthSample& after = truth[std::min(i + 1, truth.size() - 1)];
-    const Eigen::Quaterniond before_from_after =
-        before.world_from_body.rotation().conjugate() * after.world_from_body.rotation();
-    out[i] = LogSo3(before_from_after) / ToSeconds(after.t_ns - before.t_ns);
+    out[i] = TwistBetween(before.world_from_body, after.world_from_body,
+                          ToSeconds(after.t_ns - before.t_ns))
+                 .omega_body;
   }
   return out;
 }
