@@ -4,16 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/base/robust.h"
 #include "frontend/types/truth.h"
 #include "residuals/truth_residual.h"
 
 namespace tagtwist {
-
-RobustLoss HuberLoss(double squared_norm, double dof, double scale) {
-  const double delta = scale * std::sqrt(dof), norm = std::sqrt(squared_norm);
-  if (norm <= delta) return {1, 0.5 * squared_norm};
-  return {delta / norm, delta * (norm - 0.5 * delta)};
-}
 
 std::optional<WhitenedTruth> LinearizeTruth(const CalibrationProblem& problem,
                                             const CalibrationState& state,
@@ -55,7 +50,7 @@ std::optional<PoseNormals> LinearizePose(const CalibrationProblem& problem,
   TagCalibrationResidual at;
   for (const CalibrationView& view : frame.views()) {
     if (!LinearizeView(state, frame, view, &at, false)) return std::nullopt;
-    const RobustLoss loss = HuberLoss(at.residual.squaredNorm(), 8, problem.robust_scale);
+    const RobustLoss loss = Huber(at.residual.squaredNorm(), HuberDelta(problem.robust_scale, 8));
     out.cost += loss.cost;
     out.information += loss.weight * at.by_cam.transpose().lazyProduct(at.by_cam);
     out.gradient += loss.weight * at.by_cam.transpose().lazyProduct(at.residual);
@@ -63,7 +58,7 @@ std::optional<PoseNormals> LinearizePose(const CalibrationProblem& problem,
   if (!frame.has_truth) return out;
   const auto truth = LinearizeTruth(problem, state, frame, noise);
   if (!truth) return std::nullopt;
-  const RobustLoss loss = HuberLoss(truth->residual.squaredNorm(), 6, problem.robust_scale);
+  const RobustLoss loss = Huber(truth->residual.squaredNorm(), HuberDelta(problem.robust_scale, 6));
   out.cost += loss.cost;
   out.information += loss.weight * truth->by_cam.transpose().lazyProduct(truth->by_cam);
   out.gradient += loss.weight * truth->by_cam.transpose().lazyProduct(truth->residual);

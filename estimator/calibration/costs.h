@@ -7,13 +7,6 @@
 
 namespace tagtwist {
 
-/// Weight of a whitened block under the Huber loss, and the loss.
-struct RobustLoss {
-  double weight = 1, cost = 0;
-};
-/// `scale`: where the loss turns linear, in root mean squares of a block of `dof` entries.
-RobustLoss HuberLoss(double squared_norm, double dof, double scale);
-
 constexpr int kTruthColumns = 13;  // mount, world, clock
 
 /// A frame against the ground truth (truth_residual.h), whitened.

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "frontend/base/format_text.h"
+#include "frontend/base/robust.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -152,6 +153,7 @@ struct GyroNormals {
 // Whitened by the Cholesky factor of the tridiagonal correlation, turn after turn, then robust.
 GyroNormals Accumulate(const std::vector<TurnMisfit>& misfits, const GyroAlignment& at) {
   constexpr double kHuber = 3;  // in sigmas of a turn
+  const double delta = HuberDelta(kHuber * at.turn_sigma_rad, 3);
   GyroNormals out;
   double pivot = 1;
   Eigen::Vector3d last_misfit = Eigen::Vector3d::Zero();
@@ -162,9 +164,7 @@ GyroNormals Accumulate(const std::vector<TurnMisfit>& misfits, const GyroAlignme
     pivot = std::sqrt(1 - below * below);
     last_misfit = ((misfits[i].misfit - below * last_misfit) / pivot).eval();
     last = ((misfits[i].by_unknowns - below * last) / pivot).eval();
-    const double size = last_misfit.norm() / std::sqrt(3.0);
-    const double limit = kHuber * at.turn_sigma_rad;
-    const double weight = at.turn_sigma_rad > 0 && size > limit ? limit / size : 1;
+    const double weight = Huber(last_misfit.squaredNorm(), delta).weight;
     out.information += weight * last.transpose() * last;
     out.gradient += weight * last.transpose() * last_misfit;
     out.squares += weight * last_misfit.squaredNorm();

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "estimator/calibration/costs.h"
+#include "frontend/base/robust.h"
 
 namespace tagtwist {
 namespace {
@@ -39,14 +40,15 @@ NoiseSums SumNoise(const CalibrationProblem& problem, const CalibrationState& st
         continue;
       }
       const double squared = at.residual.squaredNorm();
-      out.corner += HuberLoss(squared, 8, problem.robust_scale).weight * squared;
+      out.corner += Huber(squared, HuberDelta(problem.robust_scale, 8)).weight * squared;
       all += 8;
     }
     all -= 6;
     if (!frames[i].has_truth) continue;
     const auto truth = LinearizeTruth(problem, state, frames[i], noise);
     if (!truth) continue;
-    const double weight = HuberLoss(truth->residual.squaredNorm(), 6, problem.robust_scale).weight;
+    const double weight =
+        Huber(truth->residual.squaredNorm(), HuberDelta(problem.robust_scale, 6)).weight;
     rotation.Add(std::sqrt(weight) * truth->residual.head<3>());
     position.Add(std::sqrt(weight) * truth->residual.tail<3>());
     ++out.truth_frames;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/calibration/costs.h"
+#include "frontend/base/robust.h"
 
 namespace tagtwist {
 namespace {
@@ -176,14 +177,15 @@ CalibrationNormals LinearizeCalibration(const CalibrationProblem& problem,
     size_t k = 0;
     for (const CalibrationView& view : frame.views()) {
       if (!LinearizeView(state, frame, view, &at, true)) return out;
-      const RobustLoss loss = HuberLoss(at.residual.squaredNorm(), 8, problem.robust_scale);
+      const RobustLoss loss = Huber(at.residual.squaredNorm(), HuberDelta(problem.robust_scale, 8));
       out.cost += loss.cost;
       AddView(at, loss.weight, columns, k++, &out, &pose, &by_columns);
     }
     if (frame.has_truth) {
       const auto truth = LinearizeTruth(problem, state, frame, noise);
       if (!truth) return out;
-      const RobustLoss loss = HuberLoss(truth->residual.squaredNorm(), 6, problem.robust_scale);
+      const RobustLoss loss =
+          Huber(truth->residual.squaredNorm(), HuberDelta(problem.robust_scale, 6));
       out.cost += loss.cost;
       AddTruth(*truth, loss.weight, layout.mount(), &out, &pose, &by_columns);
     }

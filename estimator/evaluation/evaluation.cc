@@ -1,6 +1,5 @@
 #include "estimator/evaluation/evaluation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +7,7 @@
 
 #include "estimator/evaluation/error_bound.h"
 #include "frontend/base/chi_square.h"
+#include "frontend/types/nees.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -87,43 +87,36 @@ void EvaluateTwist(const std::vector<TruthMatch>& matches, Accuracy* out) {
   out->rate_radps = Summarise(std::move(rate));
 }
 
-template <int kSize>
+// A covariance that is not positive definite says nothing and is left out.
 struct NeesSum {
+  int dof = 0;
   size_t count = 0;
   double sum = 0;
-  // A covariance that is not positive definite says nothing and is left out.
-  void Add(const StateVector& error, const StateCovariance& covariance, int first) {
-    const Eigen::Matrix<double, kSize, kSize> p = covariance.block<kSize, kSize>(first, first);
-    const Eigen::LLT<Eigen::Matrix<double, kSize, kSize>> llt(p);
-    if (llt.info() != Eigen::Success) return;
-    const Eigen::Matrix<double, kSize, 1> e = error.segment<kSize>(first);
-    const double value = e.dot(llt.solve(e));
-    if (!std::isfinite(value)) return;
-    sum += value;
+  void Add(const std::optional<double>& nees) {
+    if (!nees) return;
+    sum += *nees;
     ++count;
   }
-  std::optional<Nees> Mean() const {
+  std::optional<MeanNees> Mean() const {
     if (count == 0) return std::nullopt;
-    const ChiSquareBand band = MeanChiSquareBand(kSize, count);
-    return Nees{kSize, count, sum / static_cast<double>(count), band.low, band.high};
+    const ChiSquareBand band = MeanChiSquareBand(dof, count);
+    return MeanNees{dof, count, sum / static_cast<double>(count), band.low, band.high};
   }
 };
 
 void EvaluateNees(const std::vector<TruthMatch>& matches, Accuracy* out) {
-  NeesSum<12> full;
-  NeesSum<6> pose, twist;
+  NeesSum whole{12}, pose{6}, twist{6};
   for (const TruthMatch& m : matches) {
     if (!m.estimate.covariance) continue;
-    const bool has_twist = m.truth.twist && m.estimate.twist;
-    const StateVector error =
-        Difference({m.truth.world_from_body, m.truth.twist.value_or(Twist())},
-                   {m.estimate.world_from_body, m.estimate.twist.value_or(Twist())});
-    pose.Add(error, *m.estimate.covariance, 0);
-    if (!has_twist) continue;
-    full.Add(error, *m.estimate.covariance, 0);
-    twist.Add(error, *m.estimate.covariance, 6);
+    const StateCovariance& p = *m.estimate.covariance;
+    const BodyState truth{m.truth.world_from_body, m.truth.twist.value_or(Twist())};
+    const BodyState estimate{m.estimate.world_from_body, m.estimate.twist.value_or(Twist())};
+    pose.Add(Nees(truth, estimate, p, kPoseEntries));
+    if (!m.truth.twist || !m.estimate.twist) continue;
+    whole.Add(Nees(truth, estimate, p, kWholeState));
+    twist.Add(Nees(truth, estimate, p, kTwistEntries));
   }
-  out->nees = full.Mean();
+  out->nees = whole.Mean();
   out->nees_pose = pose.Mean();
   out->nees_twist = twist.Mean();
 }

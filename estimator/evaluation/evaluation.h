@@ -32,7 +32,7 @@ struct RelativeError {
 /// Normalised estimation error squared, e' P^-1 e, averaged over frames. `band` holds the mean with
 /// probability 0.95 when P is right and the frames' errors are independent; neighbouring frames'
 /// errors are not, so an honest mean may lie a little outside.
-struct Nees {
+struct MeanNees {
   int dof = 0;
   size_t count = 0;
   double mean = 0;  // expected: dof
@@ -57,8 +57,8 @@ struct Accuracy {
   std::optional<RelativeError> rpe_frames, rpe_time, rpe_distance;  // RPE
   std::optional<ErrorStatistics> velocity_mps;                      // in W
   std::optional<ErrorStatistics> rate_radps;                        // in B
-  std::optional<Nees> nees, nees_pose, nees_twist;  // 12, 6 and 6 degrees of freedom
-  std::optional<BoundRatio> rmse_over_bound;        // where every frame has a covariance
+  std::optional<MeanNees> nees, nees_pose, nees_twist;  // 12, 6 and 6 degrees of freedom
+  std::optional<BoundRatio> rmse_over_bound;            // where every frame has a covariance
 };
 
 /// Estimates brought into the truth's frames, each with its truth.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimator/graph/noise_model.h"
+#include "frontend/base/robust.h"
 #include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
 #include "residuals/tag_reprojection_residual.h"
@@ -44,10 +45,6 @@ Factor FirstRatesPrior(const NoiseModel& noise) {
   return factor;
 }
 
-double HuberDelta(const EstimatorSetup& setup, int dimension) {
-  return setup.options.robust_scale * std::sqrt(static_cast<double>(dimension));
-}
-
 void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& input, Graph* graph) {
   TagObservation observation;
   for (size_t i = 0; i < input.frames.size(); ++i) {
@@ -81,8 +78,8 @@ const TrackPlane* PlaneSeenAt(const EstimatorSetup& setup, const Pose& world_fro
   const auto ray = setup.camera.Unproject(pixel);
   if (!ray) return nullptr;
   const Pose world_from_cam = world_from_body * Inverse(setup.cam_from_body);
-  const auto plane = PlaneOfRay(setup.planes, world_from_cam.translation(),
-                                world_from_cam.rotation() * ray->homogeneous());
+  const auto plane = PlaneOfRay(
+      setup.planes, {world_from_cam.translation(), world_from_cam.rotation() * ray->homogeneous()});
   return plane ? &setup.planes[*plane] : nullptr;
 }
 
@@ -129,7 +126,7 @@ void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& i
       Factor factor;
       factor.kind = FactorKind::kTrack;
       factor.blocks = {PoseOf(first + static_cast<int>(k)), point_ref};
-      factor.huber_delta = HuberDelta(setup, 2);
+      factor.huber_delta = HuberDelta(setup.options.robust_scale, 2);
       factor.source = static_cast<int>(s);
       factor.cost = std::make_shared<TrackResidual>(
           segment.pixels[k], sigma_px, plane->world_from_plane, setup.camera, setup.cam_from_body);
@@ -174,7 +171,9 @@ Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const Gra
   return graph;
 }
 
-double TagHuberDelta(const EstimatorSetup& setup) { return HuberDelta(setup, 8); }
+double TagHuberDelta(const EstimatorSetup& setup) {
+  return HuberDelta(setup.options.robust_scale, 8);
+}
 
 Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
                                              double sigma_px) {
@@ -187,17 +186,16 @@ std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
                                             const Pose& world_from_body,
                                             const Pose& world_from_plane,
                                             const Eigen::Vector2d& pixel) {
-  const auto ray = setup.camera.Unproject(pixel);
-  if (!ray) return std::nullopt;
+  const auto normalised = setup.camera.Unproject(pixel);
+  if (!normalised) return std::nullopt;
   const Pose plane_from_cam =
       Inverse(world_from_plane) * world_from_body * Inverse(setup.cam_from_body);
-  const Eigen::Vector3d direction =
-      plane_from_cam.rotation() * Eigen::Vector3d(ray->x(), ray->y(), 1);
-  const Eigen::Vector3d origin = plane_from_cam.translation();
-  const double depth = -origin.z() / direction.z();
+  const Ray ray{plane_from_cam.translation(),
+                plane_from_cam.rotation() * normalised->homogeneous()};
+  const double depth = DistanceToPlane(ray, Eigen::Vector3d::UnitZ(), 0);
   constexpr double kMaxDepthM = 100;  // farther is a grazing view: no use, and badly conditioned
   if (!(depth > 0.01 && depth < kMaxDepthM)) return std::nullopt;
-  return (origin + depth * direction).head<2>();
+  return ray.At(depth).head<2>();
 }
 
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {

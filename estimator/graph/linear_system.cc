@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "frontend/base/robust.h"
 #include "residuals/motion_residual.h"
 #include "residuals/pose_manifold.h"
 #include "residuals/tag_reprojection_residual.h"
@@ -188,9 +189,7 @@ bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out
   } else if (!LinearizeAny(graph, factor, out)) {
     return false;
   }
-  const double norm = out->residual.norm();
-  out->weight =
-      factor.huber_delta > 0 && norm > factor.huber_delta ? factor.huber_delta / norm : 1.0;
+  out->weight = Huber(out->residual.squaredNorm(), factor.huber_delta).weight;
   if (out->weight < 1) {
     out->residual *= std::sqrt(out->weight);
     out->jacobian *= std::sqrt(out->weight);
@@ -199,9 +198,7 @@ bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out
 }
 
 double RobustCost(const Factor& factor, const LinearFactor& linear) {
-  const double weighted = linear.residual.squaredNorm();  // weight * norm^2
-  if (linear.weight >= 1) return 0.5 * weighted;
-  return weighted - 0.5 * factor.huber_delta * factor.huber_delta;  // delta norm - delta^2 / 2
+  return Huber(linear.residual.squaredNorm() / linear.weight, factor.huber_delta).cost;
 }
 
 void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,

@@ -20,15 +20,14 @@ struct Hit {
   Eigen::Vector2d in_plane;
 };
 
-std::optional<Hit> Meet(const TrackPlane& plane, const Eigen::Vector3d& origin,
-                        const Eigen::Vector3d& direction) {
-  const double approach = plane.normal.dot(direction);
-  if (!(approach < 0)) return std::nullopt;
-  const double distance = (plane.offset_m - plane.normal.dot(origin)) / approach;
-  if (!(distance > 0 && distance * direction.norm() < kMaxDistanceM)) return std::nullopt;
+// Where the ray meets the plane from its front, in the region of its tags.
+std::optional<Hit> Meet(const TrackPlane& plane, const Ray& ray) {
+  if (!(plane.normal.dot(ray.direction) < 0)) return std::nullopt;
+  const double distance = DistanceToPlane(ray, plane.normal, plane.offset_m);
+  if (!(distance > 0 && distance * ray.direction.norm() < kMaxDistanceM)) return std::nullopt;
   Hit hit;
   hit.distance = distance;
-  hit.in_world = origin + distance * direction;
+  hit.in_world = ray.At(distance);
   hit.in_plane = (Inverse(plane.world_from_plane) * hit.in_world).head<2>();
   if (!plane.region.contains(hit.in_plane)) return std::nullopt;
   return hit;
@@ -72,12 +71,11 @@ std::vector<TrackPlane> FindTrackPlanes(const TagMap& map) {
   return out;
 }
 
-std::optional<size_t> PlaneOfRay(const std::vector<TrackPlane>& planes,
-                                 const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+std::optional<size_t> PlaneOfRay(const std::vector<TrackPlane>& planes, const Ray& ray) {
   std::vector<std::pair<size_t, Hit>> hits;
   size_t nearest = 0;
   for (size_t i = 0; i < planes.size(); ++i) {
-    const auto hit = Meet(planes[i], origin, direction);
+    const auto hit = Meet(planes[i], ray);
     if (!hit) continue;
     if (!hits.empty() && hit->distance < hits[nearest].second.distance) nearest = hits.size();
     hits.emplace_back(i, *hit);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "frontend/types/ray.h"
 #include "frontend/types/tag_map.h"
 
 namespace tagtwist {
@@ -25,7 +26,6 @@ std::vector<TrackPlane> FindTrackPlanes(const TagMap& map);
 /// the planes of single tags on an uneven mat do, it is the one whose tag is nearest to the point:
 /// they are turned by less than 20 degrees against it and off by less than a quarter of a tag.
 /// nullopt where there is none within 100 m.
-std::optional<size_t> PlaneOfRay(const std::vector<TrackPlane>& planes,
-                                 const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
+std::optional<size_t> PlaneOfRay(const std::vector<TrackPlane>& planes, const Ray& ray);
 
 }  // namespace tagtwist

@@ -1,8 +1,10 @@
 #include "estimator/window/prediction_check.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "frontend/types/nees.h"
 
 namespace tagtwist {
 namespace {
@@ -10,18 +12,8 @@ namespace {
 constexpr double kSpacingS = 0.05;       // between states that are kept
 constexpr double kFade = 1 - 1.0 / 100;  // of the sums, from one of them to the next
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-// NEES per degree of freedom in the error state's entries [a, a + 3) and [b, b + 3).
-double Nees(const StateVector& error, const StateCovariance& covariance, int a, int b) {
-  Vector6 e;
-  e << error.segment<3>(a), error.segment<3>(b);
-  Matrix6 p;
-  p << covariance.block<3, 3>(a, a), covariance.block<3, 3>(a, b), covariance.block<3, 3>(b, a),
-      covariance.block<3, 3>(b, b);
-  return e.dot(p.llt().solve(e)) / 6;
-}
+// Position and velocity, attitude and rate.
+constexpr std::array<int, 2> kLinear = {3, 6}, kAngular = {0, 9};
 
 }  // namespace
 
@@ -38,12 +30,14 @@ void PredictionCheck::Add(const GraphState& state, const BlockBandedMatrix::Bloc
     if (past == states_.rend()) continue;
     if (ToSeconds(state.t_ns - past->t_ns) > 1.3 * kHorizonsS[h]) continue;
     const auto predicted = past->onward.At(state.t_ns);
-    const StateVector error = Difference(found, predicted->state);
     const StateCovariance p = predicted->covariance + covariance.topLeftCorner<12, 12>();
+    const auto linear_nees = Nees(found, predicted->state, p, kLinear);
+    const auto angular_nees = Nees(found, predicted->state, p, kAngular);
+    if (!linear_nees || !angular_nees) continue;
     Sum& sum = sums_[h];
     sum.weight = kFade * sum.weight + 1;
-    sum.linear = kFade * sum.linear + Nees(error, p, 3, 6);
-    sum.angular = kFade * sum.angular + Nees(error, p, 0, 9);
+    sum.linear = kFade * sum.linear + *linear_nees / 6;
+    sum.angular = kFade * sum.angular + *angular_nees / 6;
   }
   states_.push_back({state.t_ns, {{state}, {covariance}, {}, linear, angular}});
   while (ToSeconds(state.t_ns - states_.front().t_ns) > 1.3 * kHorizonsS.back()) {

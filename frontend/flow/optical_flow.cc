@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <numeric>
 
+#include "frontend/types/ray.h"
+
 namespace tagtwist {
 
 Eigen::Matrix<double, 2, 6> InteractionMatrix(const Eigen::Vector2d& point, double depth_m) {
@@ -16,7 +18,8 @@ Eigen::Matrix<double, 2, 6> InteractionMatrix(const Eigen::Vector2d& point, doub
 std::optional<double> DepthOnPlane(const Eigen::Vector2d& point, const Pose& cam_from_plane) {
   const Eigen::Vector3d normal_in_cam = cam_from_plane.rotation() * Eigen::Vector3d::UnitZ();
   const double depth_m =
-      normal_in_cam.dot(cam_from_plane.translation()) / normal_in_cam.dot(point.homogeneous());
+      DistanceToPlane({Eigen::Vector3d::Zero(), point.homogeneous()}, normal_in_cam,
+                      normal_in_cam.dot(cam_from_plane.translation()));
   constexpr double kMaxDepthM = 1e3;  // rays that graze the plane
   if (!(depth_m > 1e-3 && depth_m < kMaxDepthM)) return std::nullopt;
   return depth_m;

@@ -132,12 +132,12 @@ TEST(Bounds, AreOfTheFramesAtTheLagInWindowMode) {
   EXPECT_NEAR(bounds.frame.position_m, 3 * std::sqrt(3), 1e-12);
   EXPECT_EQ(bounds.smoothed.frames, 2u);
   EXPECT_NEAR(bounds.smoothed.rate_radps, 2 * std::sqrt(3), 1e-12);
-  EXPECT_EQ(bounds.key, "optimised");
+  EXPECT_EQ(bounds.key, ComparisonKey::kOptimised);
   e.lagged = {e.frames[1]};
   bounds = BoundsOf(e);
   EXPECT_EQ(bounds.frame.frames, 0u);
   EXPECT_EQ(bounds.smoothed.frames, 1u);
-  EXPECT_EQ(bounds.key, "optimised_lagged");
+  EXPECT_EQ(bounds.key, ComparisonKey::kOptimisedLagged);
 }
 
 // The law that the report tells: a long recording's sigmas against half the corner noise.

@@ -55,7 +55,7 @@ Pose WorldFromBody() {
 
 size_t PlaneAt(const std::vector<TrackPlane>& planes, const Eigen::Vector3d& from,
                const Eigen::Vector3d& through) {
-  return PlaneOfRay(planes, from, through - from).value_or(99);
+  return PlaneOfRay(planes, {from, through - from}).value_or(99);
 }
 
 TEST(PlaneOfRay, IsTheNearestSurfaceThatFacesTheCameraWithinItsRegion) {

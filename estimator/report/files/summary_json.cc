@@ -23,7 +23,7 @@ Json RelativeJson(const RelativeError& e) {
           {"pairs", e.translation_m.count}};
 }
 
-Json NeesJson(const Nees& nees) {
+Json NeesJson(const MeanNees& nees) {
   return {{"mean", nees.mean},
           {"dof", nees.dof},
           {"per_dof", nees.per_dof()},

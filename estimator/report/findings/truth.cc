@@ -1,4 +1,3 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include "frontend/base/chi_square.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/ratio_statistic.h"
+#include "frontend/types/nees.h"
 
 namespace tagtwist {
 namespace {
@@ -17,7 +17,8 @@ constexpr double kDegrees = 57.29577951308232;
 // Errors of one frame.
 struct FrameError {
   double t_s = 0;
-  StateVector error = StateVector::Zero();  // its twist: only with truth that has one
+  // Of the estimate less the truth; the twist's entries only with truth that has one.
+  StateVector error = StateVector::Zero();
   Eigen::Vector3d v_world = Eigen::Vector3d::Zero();
   double nees = 0;           // of 12, or without a twist 6, degrees of freedom
   double position_nees = 0;  // of 3
@@ -27,13 +28,6 @@ struct Errors {
   int dof = 12;
   std::vector<FrameError> frames;
 };
-
-template <int N>
-double Nees(const StateVector& error, const StateCovariance& p, int first) {
-  const Eigen::Matrix<double, N, 1> e = error.segment<N>(first);
-  const Eigen::Matrix<double, N, N> block = p.block<N, N>(first, first);
-  return e.dot(block.ldlt().solve(e));
-}
 
 Errors ErrorsOf(const Estimate& estimate, const std::vector<TruthSample>& truth) {
   Errors out;
@@ -46,12 +40,17 @@ Errors ErrorsOf(const Estimate& estimate, const std::vector<TruthSample>& truth)
     FrameError frame;
     const Twist twist = out.dof == 12 ? *m.truth.twist : *m.estimate.twist;
     frame.t_s = ToSeconds(m.estimate.t_ns - estimate.frames.front().t_ns);
-    frame.error = Difference({m.estimate.world_from_body, *m.estimate.twist},
-                             {m.truth.world_from_body, twist});
+    const BodyState estimated{m.estimate.world_from_body, *m.estimate.twist};
+    const BodyState true_state{m.truth.world_from_body, twist};
+    frame.error = Difference(estimated, true_state);
     frame.v_world = m.estimate.twist->v_world;
     const StateCovariance& p = *m.estimate.covariance;
-    frame.nees = out.dof == 12 ? Nees<12>(frame.error, p, 0) : Nees<6>(frame.error, p, 0);
-    frame.position_nees = Nees<3>(frame.error, p, 3);
+    const auto nees = out.dof == 12 ? Nees(true_state, estimated, p, kWholeState)
+                                    : Nees(true_state, estimated, p, kPoseEntries);
+    const auto position_nees = Nees(true_state, estimated, p, kPositionEntries);
+    if (!nees || !position_nees) continue;
+    frame.nees = *nees;
+    frame.position_nees = *position_nees;
     out.frames.push_back(frame);
   }
   return out;
