@@ -140,9 +140,8 @@ Status Measure() {
   options.clock = "stamps";  // the simulator's stamps are exact
   const EstimatorSetup setup =
       MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
-  const OpenCvThreads threads(FLAGS_threads);
   EstimatorSetup threaded = setup;
-  threaded.for_ranges = OnOpenCvThreads(FLAGS_threads);
+  threaded.for_ranges = OnThreads(FLAGS_threads);
   EstimatorSetup on_acceleration = setup;
   on_acceleration.options.motion_prior = "acceleration";
   const auto starts = StartFrames(setup, flight->measurements);

@@ -12,6 +12,30 @@
 #include "estimator/report/files/states_csv.h"
 
 namespace tagtwist {
+namespace {
+
+// As ::write, but a pipe whose reader is gone is an error (EPIPE) and no signal, in this thread and
+// for this write alone: the process keeps its ways with SIGPIPE.
+ssize_t WriteWithoutSigpipe(int descriptor, std::string_view text) {
+  sigset_t sigpipe, before, pending;
+  sigemptyset(&sigpipe);
+  sigaddset(&sigpipe, SIGPIPE);
+  sigpending(&pending);
+  const bool was_pending = sigismember(&pending, SIGPIPE) == 1;
+  pthread_sigmask(SIG_BLOCK, &sigpipe, &before);
+  const ssize_t written = ::write(descriptor, text.data(), text.size());
+  const int failure = errno;
+  if (written < 0 && failure == EPIPE && !was_pending) {
+    const timespec at_once = {};
+    while (sigtimedwait(&sigpipe, nullptr, &at_once) < 0 && errno == EINTR) {
+    }
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  errno = failure;
+  return written;
+}
+
+}  // namespace
 
 Result<std::unique_ptr<StateStream>> StateStream::Open(const std::string& path) {
   const bool to_stdout = path == "-";
@@ -20,7 +44,6 @@ Result<std::unique_ptr<StateStream>> StateStream::Open(const std::string& path) 
                              : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0)
     return Error{path + ": cannot write: " + std::generic_category().message(errno)};
-  std::signal(SIGPIPE, SIG_IGN);
   std::unique_ptr<StateStream> out(
       new StateStream(to_stdout ? "standard output" : path, descriptor));
   out->WriteText(StatesCsvHeader());
@@ -43,7 +66,7 @@ void StateStream::Write(const FrameEstimate& frame) {
 void StateStream::WriteText(const std::string& text) {
   std::string_view rest = text;
   while (!rest.empty()) {
-    const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
+    const ssize_t written = WriteWithoutSigpipe(descriptor_, rest);
     if (written > 0) rest.remove_prefix(static_cast<size_t>(written));
     if (written >= 0 || errno == EINTR) continue;
     const std::string fault =

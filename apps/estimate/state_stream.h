@@ -10,7 +10,7 @@ namespace tagtwist {
 
 /// Rows of states.csv as they come, the header first: to a file, a FIFO, or standard output. Each
 /// row is one write, so that a reader has it at once. When the reader goes away the stream ends,
-/// and nothing else does: the process must not die of SIGPIPE.
+/// and nothing else does: no SIGPIPE comes of it, whatever the process does with that signal.
 class StateStream {
  public:
   /// `path`: a file, which is emptied; a FIFO, whose reader is waited for; "-": standard output.

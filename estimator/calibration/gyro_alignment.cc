@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "frontend/base/format_text.h"
 #include "frontend/base/robust.h"
@@ -20,14 +21,14 @@ constexpr int kFewestTurns = 20;
 // The gyro's attitude from its first sample on, rates straight between samples.
 class GyroPath {
  public:
-  explicit GyroPath(const std::vector<ImuSample>& imu) : imu_(imu) {
-    for (size_t i = 0; i < imu.size(); ++i) {
+  explicit GyroPath(std::vector<ImuSample> imu) : imu_(std::move(imu)) {
+    for (size_t i = 0; i < imu_.size(); ++i) {
       if (i == 0) {
         attitudes_.push_back(Eigen::Quaterniond::Identity());
         continue;
       }
-      const Eigen::Vector3d rate = 0.5 * (imu[i - 1].gyro_radps + imu[i].gyro_radps);
-      const double dt_s = ToSeconds(imu[i].t_ns - imu[i - 1].t_ns);
+      const Eigen::Vector3d rate = 0.5 * (imu_[i - 1].gyro_radps + imu_[i].gyro_radps);
+      const double dt_s = ToSeconds(imu_[i].t_ns - imu_[i - 1].t_ns);
       attitudes_.push_back((attitudes_.back() * ExpSo3(dt_s * rate)).normalized());
     }
   }
@@ -53,7 +54,7 @@ class GyroPath {
   }
 
  private:
-  const std::vector<ImuSample>& imu_;
+  std::vector<ImuSample> imu_;
   std::vector<Eigen::Quaterniond> attitudes_;
 };
 
@@ -174,8 +175,8 @@ GyroNormals Accumulate(const std::vector<TurnMisfit>& misfits, const GyroAlignme
   return out;
 }
 
-// Of the likeliest correlation. Errors of a frame alone give -0.5, the gyro's noise 0; no nearer to
-// -0.5 than a few hundred turns can tell.
+// The normal equations under the likeliest correlation. Errors of a frame alone give -0.5, the
+// gyro's noise 0; no nearer to -0.5 than a few hundred turns can tell.
 GyroNormals LearnCorrelation(const std::vector<TurnMisfit>& misfits, GyroAlignment* at) {
   std::optional<GyroNormals> best;
   for (const double correlation :

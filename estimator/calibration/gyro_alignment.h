@@ -22,7 +22,7 @@ struct GyroAlignment {
   Eigen::Quaterniond cam_from_imu = Eigen::Quaterniond::Identity();
   Eigen::Vector3d bias_radps = Eigen::Vector3d::Zero();
   double time_offset_s = 0;
-  /// Of [turn of cam_from_imu on its right (rad), bias, offset].
+  /// Covariance of [turn of cam_from_imu on its right (rad), bias, offset].
   Eigen::Matrix<double, 7, 7> covariance = Eigen::Matrix<double, 7, 7>::Zero();
   double turn_sigma_rad = 0;    // misfit of a turn between two frames, an axis
   double turn_correlation = 0;  // of successive ones: they share a frame

@@ -65,12 +65,13 @@ Vote CountVotes(const std::vector<Proposal>& proposals, const MappingOptions& op
 
 class Mapper {
  public:
-  Mapper(const Camera& camera, const std::vector<FrameMeasurements>& measurements,
+  // The measurements, which may be large, must outlive it; what is small is its own.
+  Mapper(const Camera& camera, const std::vector<FrameMeasurements>* measurements,
          const MappingOptions& options)
       : camera_(camera), measurements_(measurements), options_(options) {
     std::set<int> known;
     for (const Tag& tag : options.known) known.insert(tag.id);
-    for (const FrameMeasurements& frame : measurements) {
+    for (const FrameMeasurements& frame : *measurements) {
       minima_.emplace_back();
       for (const TagDetection& tag : frame.tags) {
         minima_.back().push_back(known.count(tag.id) > 0 ? std::vector<Pose>()
@@ -85,9 +86,9 @@ class Mapper {
   // Proposals for every tag that is not placed, from frames that see placed ones.
   std::map<int, std::vector<Proposal>> Propose(const Placed& placed) const {
     std::map<int, std::vector<Proposal>> out;
-    for (size_t i = 0; i < measurements_.size(); ++i) {
+    for (size_t i = 0; i < measurements_->size(); ++i) {
       const std::vector<Pose> poses = WorldFromCam(i, placed);
-      const std::vector<TagDetection>& tags = measurements_[i].tags;
+      const std::vector<TagDetection>& tags = (*measurements_)[i].tags;
       for (size_t k = 0; k < tags.size() && !poses.empty(); ++k) {
         if (placed.count(tags[k].id) > 0 || minima_[i][k].empty()) continue;
         Proposal proposal;
@@ -118,7 +119,7 @@ class Mapper {
       out.prior_sigmas.segment<3>(layout.tag(k)).setConstant(kFreeRad);
       out.prior_sigmas.segment<3>(layout.tag(k) + 3).setConstant(kFreeM);
     }
-    for (size_t i = 0; i < measurements_.size(); ++i) AddFrame(i, placed, index, &out.frames);
+    for (size_t i = 0; i < measurements_->size(); ++i) AddFrame(i, placed, index, &out.frames);
     return out;
   }
 
@@ -131,7 +132,7 @@ class Mapper {
 
   FramePose PoseOfFrame(size_t frame, const Placed& placed,
                         std::vector<TagDetection>* known) const {
-    for (const TagDetection& tag : measurements_[frame].tags) {
+    for (const TagDetection& tag : (*measurements_)[frame].tags) {
       if (placed.count(tag.id) > 0) known->push_back(tag);
     }
     if (known->empty()) return {};
@@ -155,7 +156,7 @@ class Mapper {
     const FramePose found = PoseOfFrame(i, placed, &known);
     if (found.status != FramePoseStatus::kOk || !found.alternatives.empty()) return;
     CalibrationFrame frame;
-    frame.t_ns = measurements_[i].t_ns;
+    frame.t_ns = (*measurements_)[i].t_ns;
     frame.world_from_cam = found.world_from_body;
     std::vector<CalibrationView> views;
     for (size_t k = 0; k < known.size(); ++k) {
@@ -171,9 +172,9 @@ class Mapper {
     frames->push_back(std::move(frame));
   }
 
-  const Camera& camera_;
-  const std::vector<FrameMeasurements>& measurements_;
-  const MappingOptions& options_;
+  Camera camera_;
+  const std::vector<FrameMeasurements>* measurements_;
+  MappingOptions options_;
   std::vector<std::vector<std::vector<Pose>>> minima_;  // of each frame's tags
   std::map<int, int> seen_;                             // frames, by id
 };
@@ -253,7 +254,7 @@ Mapping ToMapping(const CalibrationSolution& solution, const Mapper& mapper,
 
 Result<Mapping> MapTags(const Camera& camera, const std::vector<FrameMeasurements>& measurements,
                         const MappingOptions& options) {
-  const Mapper mapper(camera, measurements, options);
+  const Mapper mapper(camera, &measurements, options);
   auto first = FirstPlaced(mapper, options);
   if (!first) return first.error();
   Placed placed = std::move(*first);

@@ -16,9 +16,9 @@ uint64_t Scatter(int64_t id) { return static_cast<uint64_t>(id) * 0x9E3779B97F4A
 
 // Frames after which a segment is cut: the first of a track is shorter, by its id.
 int SegmentLimit(const TrackSegment& segment, int segment_frames) {
-  const int stagger = static_cast<int>(Scatter(segment.track_id) >> 32) & 0x7FFFFFFF;
-  const int phase = (segment.first_frame + stagger) % segment_frames;
-  return std::max(2, segment_frames - phase);
+  const int64_t stagger = static_cast<int64_t>((Scatter(segment.track_id) >> 32) & 0x7FFFFFFF);
+  const int64_t phase = (segment.first_frame + stagger) % segment_frames;
+  return std::max(2, segment_frames - static_cast<int>(phase));
 }
 
 }  // namespace

@@ -3,19 +3,9 @@
 
 namespace tagtwist {
 
-/// Spreads work over OpenCV's threads, as many as it has then but for these at most.
-ForRanges OnOpenCvThreads(int threads);
-
-/// While it lives, OpenCV has that many threads, no more than the machine; then as many as before.
-class OpenCvThreads {
- public:
-  explicit OpenCvThreads(int threads);
-  ~OpenCvThreads();
-  OpenCvThreads(const OpenCvThreads&) = delete;
-  OpenCvThreads& operator=(const OpenCvThreads&) = delete;
-
- private:
-  int before_;
-};
+/// Spreads work over that many threads, the caller's among them, no more than the machine has. They
+/// belong to what is returned and its copies, and end with the last of these; nothing of the
+/// process changes. What `work` throws, the call throws.
+ForRanges OnThreads(int threads);
 
 }  // namespace tagtwist

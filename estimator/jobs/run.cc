@@ -78,7 +78,7 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
                             EstimatorSetup setup, const RunOptions& options) {
   Estimate estimate;
   estimate.mode = "batch";
-  setup.for_ranges = OnOpenCvThreads(options.threads);
+  setup.for_ranges = OnThreads(options.threads);
   BatchEstimator batch(std::move(setup));
   const auto read = ForEachFrame(
       dataset, source, options,
@@ -88,7 +88,6 @@ Result<Estimate> RunInBatch(const std::string& dataset, DataSource* source, cons
         return Ok();
       });
   if (!read) return read.error();
-  const OpenCvThreads threads(options.threads);  // the frames had theirs
   const Stopwatch watch;
   auto result = batch.Solve();
   if (result && config.line_time_s != 0) {

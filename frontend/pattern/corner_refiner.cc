@@ -277,25 +277,20 @@ double CornerRefiner::Correlation(const cv::Mat& gray, const TagDetection& tag) 
   return model == nullptr ? -1 : impl_->Search(gray, tag.corners, *model, 0).correlation;
 }
 
-std::vector<TagDetection> CornerRefiner::RefineAll(
-    const cv::Mat& gray, const std::vector<TagDetection>& tags,
-    std::unordered_map<int, PatternLook>* looks) const {
-  std::vector<TagDetection> out;
+RefinedTags CornerRefiner::RefineAll(const cv::Mat& gray,
+                                     const std::vector<TagDetection>& tags) const {
+  RefinedTags out;
   for (TagDetection tag : tags) {
     if (const auto refined = Refine(gray, tag)) {
       tag.corners = refined->corners;
       tag.covariance = refined->covariance;
-      if (looks != nullptr) looks->insert_or_assign(tag.id, refined->look);
+      out.looks.insert_or_assign(tag.id, refined->look);
     } else {
       tag.covariance = Eigen::Matrix<double, 8, 8>::Identity() * (kUnrefinedPx * kUnrefinedPx);
     }
-    out.push_back(tag);
+    out.tags.push_back(tag);
   }
   return out;
-}
-
-bool CornerRefiner::IsUnrefined(const TagDetection& tag) {
-  return tag.covariance && (*tag.covariance)(0, 0) == kUnrefinedPx * kUnrefinedPx;
 }
 
 }  // namespace tagtwist

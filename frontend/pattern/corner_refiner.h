@@ -30,6 +30,14 @@ struct RefinedTag {
   PatternLook look;
 };
 
+/// All tags of an image, in the order given, and the looks of those whose fit was believed, by id.
+struct RefinedTags {
+  std::vector<TagDetection> tags;
+  std::unordered_map<int, PatternLook> looks;
+
+  bool IsRefined(int id) const { return looks.count(id) > 0; }
+};
+
 /// Refines the corners of detected (or predicted) tags: the whole known pattern, blurred and lit as
 /// the image demands, is aligned to the intensities (PatternFit). Immutable; one may serve several
 /// threads.
@@ -51,13 +59,9 @@ class CornerRefiner {
   std::optional<RefinedTag> Follow(const cv::Mat& gray, const TagDetection& tag,
                                    const PatternLook& look, double off_px) const;
 
-  /// Corners and covariances of all tags of an image (8-bit gray). One that Refine does not believe
-  /// keeps its corners, with 1 px as their standard deviation; of the others the looks, by id.
-  std::vector<TagDetection> RefineAll(const cv::Mat& gray, const std::vector<TagDetection>& tags,
-                                      std::unordered_map<int, PatternLook>* looks = nullptr) const;
-
-  /// Whether RefineAll did not believe its fit of the tag.
-  static bool IsUnrefined(const TagDetection& tag);
+  /// Corners and covariances of all tags of an image (8-bit gray). A tag whose fit Refine does not
+  /// believe keeps its corners, with 1 px as their standard deviation.
+  RefinedTags RefineAll(const cv::Mat& gray, const std::vector<TagDetection>& tags) const;
 
   /// How well the image correlates with the tag's pattern there, -1 to 1, from some of the pixels.
   double Correlation(const cv::Mat& gray, const TagDetection& tag) const;

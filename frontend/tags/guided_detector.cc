@@ -64,26 +64,29 @@ double LargestSigma(const Matrix8d& covariance) {
   return std::sqrt(most);
 }
 
-// The pose after a tag was seen; false, and as it was, where the tag does not agree with it.
-bool Update(const ExpectedTag& expected, const RefinedTag& seen, PosePrediction* prediction) {
+// The prediction after a tag was seen. Where the tag does not agree with it the prediction stays as
+// it was: the tag is found all the same, and whether it is right is for the estimator to say.
+PosePrediction Updated(const PosePrediction& prediction, const ExpectedTag& expected,
+                       const RefinedTag& seen) {
   Vector8d difference;
   for (int c = 0; c < 4; ++c) {
     const auto i = static_cast<size_t>(c);
     difference.segment<2>(2 * c) = seen.corners[i] - expected.tag.corners[i];
   }
-  const double sigma = prediction->corner_sigma_px;
+  const double sigma = prediction.corner_sigma_px;
   const Matrix8d noise = seen.covariance + sigma * sigma * Matrix8d::Identity();
   const Eigen::LLT<Matrix8d> innovation(*expected.tag.covariance + noise);
-  if (!(difference.dot(innovation.solve(difference)) < kMostSurprise)) return false;
+  if (!(difference.dot(innovation.solve(difference)) < kMostSurprise)) return prediction;
   const Eigen::Matrix<double, 8, 6> gain_transposed =
-      innovation.solve(expected.d_corners * prediction->covariance);
+      innovation.solve(expected.d_corners * prediction.covariance);
   const PoseStep step = gain_transposed.transpose() * difference;
-  const PoseCovariance reduced = prediction->covariance - gain_transposed.transpose() *
-                                                              expected.d_corners *
-                                                              prediction->covariance;
-  prediction->world_from_body = Retract(prediction->world_from_body, step);
-  prediction->covariance = 0.5 * (reduced + reduced.transpose());
-  return true;
+  const PoseCovariance reduced = prediction.covariance - gain_transposed.transpose() *
+                                                             expected.d_corners *
+                                                             prediction.covariance;
+  PosePrediction out = prediction;
+  out.world_from_body = Retract(prediction.world_from_body, step);
+  out.covariance = 0.5 * (reduced + reduced.transpose());
+  return out;
 }
 
 }  // namespace
@@ -119,7 +122,7 @@ std::optional<ExpectedTag> GuidedDetector::Expect(const Tag& tag,
   return out;
 }
 
-// Those to look for: the ones seen in the last image first, then those known best.
+// The tags to look for: the ones seen in the last image first, then those known best.
 std::vector<ExpectedTag> GuidedDetector::ExpectAll(const PosePrediction& prediction) const {
   std::vector<ExpectedTag> out;
   for (const Tag& tag : map_.tags()) {
@@ -168,7 +171,7 @@ GuidedTags GuidedDetector::Find(const cv::Mat& gray, const CornerRefiner& refine
     ++out.expected;
     const auto seen = Fit(gray, refiner, *expected);
     if (!seen) continue;
-    Update(*expected, *seen, &pose);
+    pose = Updated(pose, *expected, *seen);
     looks.emplace(expected->tag.id, seen->look);
     out.found.push_back({expected->tag.id, seen->corners, seen->covariance});
   }

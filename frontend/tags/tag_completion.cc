@@ -40,7 +40,7 @@ std::optional<PosePrediction> Predict(const Pose& world_from_cam, const FramePos
   return out;
 }
 
-// Those found anew, and the others; by id.
+// The tags found anew, and those detected that were not found anew; sorted by id.
 std::vector<TagDetection> Merged(std::vector<TagDetection> fresh,
                                  const std::vector<TagDetection>& detected) {
   std::unordered_set<int> is_fresh;
@@ -56,12 +56,13 @@ std::vector<TagDetection> Merged(std::vector<TagDetection> fresh,
 
 std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner& refiner,
                                        const TagMap& map, const Camera& camera, double border_px,
-                                       const std::vector<TagDetection>& detected) {
+                                       const RefinedTags& refined) {
+  const std::vector<TagDetection>& detected = refined.tags;
   const FramePose found = FindFramePose(detected, map, camera, Pose());
   if (found.status != FramePoseStatus::kOk) return detected;
   std::unordered_set<int> known;
   for (const TagDetection& tag : detected) {
-    if (!CornerRefiner::IsUnrefined(tag)) known.insert(tag.id);
+    if (refined.IsRefined(tag.id)) known.insert(tag.id);
   }
   std::vector<Tag> missed;
   std::copy_if(map.tags().begin(), map.tags().end(), std::back_inserter(missed),
@@ -76,8 +77,8 @@ std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner&
     const auto prediction = Predict(pose, found, detected, map, anywhere);
     if (!prediction) continue;
     GuidedDetector guided(camera, Pose(), map_of_missed, border_px);
-    std::vector<TagDetection> found = guided.Find(gray, refiner, *prediction).found;
-    if (found.size() > fresh.size()) fresh = std::move(found);
+    std::vector<TagDetection> tags = guided.Find(gray, refiner, *prediction).found;
+    if (tags.size() > fresh.size()) fresh = std::move(tags);
   }
   return Merged(std::move(fresh), detected);
 }

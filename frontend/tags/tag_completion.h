@@ -16,6 +16,6 @@ namespace tagtwist {
 /// nearer than border_px to the image's border are left out.
 std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner& refiner,
                                        const TagMap& map, const Camera& camera, double border_px,
-                                       const std::vector<TagDetection>& detected);
+                                       const RefinedTags& detected);
 
 }  // namespace tagtwist

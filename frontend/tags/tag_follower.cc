@@ -60,14 +60,13 @@ std::vector<TagDetection> TagFollower::Find(const cv::Mat& gray,
 
 std::vector<TagDetection> TagFollower::SearchAll(const cv::Mat& gray, const TimeUp& time_up) {
   if (time_up) return SearchParts(gray, time_up);
-  std::unordered_map<int, PatternLook> looks;
   auto found = FilterTags(plain_detector_.Detect(gray), map_, camera_, border_px_);
   if (found.size() < kEnoughTags) {  // small ones, or blurred
     found = FilterTags(full_detector_.Detect(gray), map_, camera_, border_px_);
   }
-  auto tags = CompleteTags(gray, refiner_, map_, camera_, border_px_,
-                           refiner_.RefineAll(gray, found, &looks));
-  guided_.SetLooks(std::move(looks));
+  RefinedTags refined = refiner_.RefineAll(gray, found);
+  auto tags = CompleteTags(gray, refiner_, map_, camera_, border_px_, refined);
+  guided_.SetLooks(std::move(refined.looks));
   policy_.AfterFull(static_cast<int>(tags.size()));
   return tags;
 }
@@ -100,7 +99,7 @@ std::vector<TagDetection> TagFollower::SearchPart(const cv::Mat& gray,
     if (same == nullptr || same->id != tag.id) fresh.push_back(tag);
   }
   if (fresh.empty()) return known;
-  fresh = refiner_.RefineAll(gray, FilterTags(fresh, map_, camera_, border_px_));
+  fresh = refiner_.RefineAll(gray, FilterTags(fresh, map_, camera_, border_px_)).tags;
   fresh.insert(fresh.end(), known.begin(), known.end());
   return FilterTags(fresh, map_, camera_, border_px_);
 }

@@ -32,6 +32,17 @@ TEST(TrackSegments, EveryViewIsInOneSegmentAndSegmentsAreShort) {
   EXPECT_EQ(seen.size(), 250u);
 }
 
+// A piece's end is chosen by a scattered 31-bit number of its track plus its first frame, which
+// after many frames and tracks passes 2^31.
+TEST(TrackSegments, SegmentsAreShortAfterAnyNumberOfFramesAndTracks) {
+  constexpr int kFrames = 2'000'000, kTracks = 20'000;
+  TrackSegmenter segmenter({kTracks, 6});
+  for (int frame = 0; frame < kFrames; ++frame) segmenter.Add({}, 0);
+  for (int frame = kFrames; frame < kFrames + 8; ++frame) segmenter.Add(Views(frame, kTracks), 0);
+  ASSERT_GE(segmenter.segments().size(), static_cast<size_t>(kTracks));
+  for (const TrackSegment& s : segmenter.segments()) ASSERT_LE(s.pixels.size(), 6u) << s.track_id;
+}
+
 TEST(TrackSegments, SomeSegmentSpansEveryBoundary) {
   TrackSegmenter segmenter({40, 6});
   for (int frame = 0; frame < 25; ++frame) segmenter.Add(Views(frame, 30), 0);

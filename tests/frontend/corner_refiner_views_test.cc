@@ -129,8 +129,8 @@ TEST(CornerRefinerViews, AllTagsKeepTheirPlacesAndGetACovariance) {
   std::vector<TagDetection> tags = view.tags;
   tags[1].id = (tags[1].id + 50) % 108;  // will not be believed
   const CornerRefiner refiner = MakeRefiner();
-  const auto all = refiner.RefineAll(view.frame.image, tags);
-  const auto again = MakeRefiner().RefineAll(view.frame.image, tags);
+  const auto all = refiner.RefineAll(view.frame.image, tags).tags;
+  const auto again = MakeRefiner().RefineAll(view.frame.image, tags).tags;
   ASSERT_EQ(all.size(), tags.size());
   for (size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(all[i].id, tags[i].id);

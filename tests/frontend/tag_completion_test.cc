@@ -60,7 +60,7 @@ TEST_F(TagCompletion, MendsCornersThatWereTooFarOffToBeRefined) {
   std::vector<TagDetection> detected = {truth_[0], truth_[1], truth_[2], truth_[3]};
   detected[1].corners[2] += Eigen::Vector2d(9, -9);
   const auto refiner = CornerRefiner::Create(map_, Camera());
-  ASSERT_TRUE(CornerRefiner::IsUnrefined(refiner->RefineAll(image_, detected)[1]));
+  ASSERT_FALSE(refiner->RefineAll(image_, detected).IsRefined(detected[1].id));
   const auto tags = Complete(map_, detected);
   ASSERT_EQ(tags.size(), truth_.size());
   EXPECT_LT((tags[1].corners[2] - truth_[1].corners[2]).norm(), 0.15);
@@ -82,6 +82,18 @@ TEST_F(TagCompletion, BelievesTheImageRatherThanTheMap) {
   EXPECT_LT((found[1].corners[0] - truth_[1].corners[0]).norm(), 0.15);
   EXPECT_TRUE(
       std::none_of(found.begin(), found.end(), [&](const auto& tag) { return tag.id == b; }));
+}
+
+// A corner that was fitted may have a standard deviation of just 1 px, and is fitted all the same:
+// what is known of a tag says its look, not its covariance.
+TEST_F(TagCompletion, ATagIsKnownByItsLookAndNotByItsCovariance) {
+  const auto refiner = CornerRefiner::Create(map_, Camera());
+  RefinedTags refined = refiner->RefineAll(image_, {truth_[0], truth_[1], truth_[2], truth_[3]});
+  ASSERT_TRUE(refined.IsRefined(truth_[1].id));
+  refined.tags[1].covariance = Eigen::Matrix<double, 8, 8>::Identity();
+  const auto tags = CompleteTags(image_, *refiner, map_, Camera(), kBorderPx, refined);
+  ASSERT_EQ(tags.size(), truth_.size());
+  EXPECT_EQ((*tags[1].covariance)(0, 0), 1) << "as it was given";
 }
 
 TEST_F(TagCompletion, NothingComesOfNothing) {

@@ -19,6 +19,14 @@ const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::
   return nullptr;
 }
 
+// Frames without a state because no tag was seen until then.
+size_t FramesBeforeTheFirstTag(const std::vector<FrameEstimate>& frames) {
+  const auto first = std::find_if(frames.begin(), frames.end(), [](const FrameEstimate& f) {
+    return f.n_tags > 0 || f.status != FrameStatus::kNoFix;
+  });
+  return static_cast<size_t>(first - frames.begin());
+}
+
 std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
   const auto count = [&](FrameStatus status) {
     return static_cast<size_t>(
@@ -26,6 +34,7 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
                       [status](const FrameEstimate& f) { return f.status == status; }));
   };
   const size_t predicted = count(FrameStatus::kPredicted), none = count(FrameStatus::kNoFix);
+  const size_t before_tags = FramesBeforeTheFirstTag(e.frames), open = none - before_tags;
   std::string out = Format("Pose and twist of the body for %zu of %zu frames",
                            e.frames.size() - none, e.frames.size());
   if (!e.frames.empty()) {
@@ -39,7 +48,12 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
         "the motion prior.",
         predicted);
   }
-  if (none > 0) out += Format(" %zu frames before the first tag have no state.", none);
+  if (before_tags > 0) {
+    out += Format(" %zu frames before the first tag have no state.", before_tags);
+  }
+  if (open > 0) {
+    out += Format(" In %zu frames the tags left two attitudes open: they have no state.", open);
+  }
   if (e.live) out += " It was live.";
   out += Format(" The map has %zu tags, of which %zu were used. It took %.1f s and %.0f MiB.",
                 input.map.tags().size(), e.reprojection.tags.size(), input.facts.wall_s,

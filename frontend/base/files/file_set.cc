@@ -222,8 +222,10 @@ Result<std::vector<std::string>> FileSet::Leaving(const std::vector<std::string>
   }
   for (const std::string& name : candidates) {
     const fs::path target = fs::path(folder_) / name;
-    std::error_code ignored;
-    const fs::file_status status = fs::symlink_status(target, ignored);
+    std::error_code failure;
+    const fs::file_status status = fs::symlink_status(target, failure);
+    if (status.type() == fs::file_type::none)
+      return CannotWrite(target.string(), failure.message());
     if (fs::is_directory(status)) {
       return CannotWrite(target.string(), "is a folder, expected a file");
     }

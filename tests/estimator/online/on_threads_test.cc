@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <opencv2/core/utility.hpp>
+#include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "estimator/batch/batch.h"
@@ -11,12 +14,11 @@
 namespace tagtwist {
 namespace {
 
-TEST(OnOpenCvThreads, CoverEveryIndexOnce) {
+TEST(OnThreads, CoverEveryIndexOnce) {
   for (const int threads : {1, 2, 5}) {
-    const OpenCvThreads these(threads);
     for (const size_t count : {0, 1, 3, 1000}) {
       std::vector<int> visits(count, 0);
-      OnOpenCvThreads(threads)(count, [&](size_t first, size_t last) {
+      OnThreads(threads)(count, [&](size_t first, size_t last) {
         EXPECT_LT(first, last);
         for (size_t i = first; i < last; ++i) ++visits[i];
       });
@@ -25,15 +27,41 @@ TEST(OnOpenCvThreads, CoverEveryIndexOnce) {
   }
 }
 
-TEST(OpenCvThreads, AreAsBeforeAfterwards) {
+// Two estimates at a time must not leave OpenCV with the threads of one of them.
+TEST(OnThreads, NothingOfTheProcessChanges) {
   const int before = cv::getNumThreads();
-  {
-    const OpenCvThreads one(1);
-    EXPECT_EQ(cv::getNumThreads(), 1);
-    const OpenCvThreads many(1000);  // TBB would complain
-    EXPECT_LT(cv::getNumThreads(), 1000);
+  const ForRanges one = OnThreads(1), two = OnThreads(2);
+  for (const ForRanges* ranges : {&one, &two}) {
+    (*ranges)(8, [before](size_t, size_t) { EXPECT_EQ(cv::getNumThreads(), before); });
   }
   EXPECT_EQ(cv::getNumThreads(), before);
+}
+
+TEST(OnThreads, CallsWithinCallsAndFromSeveralThreadsAllEnd) {
+  const ForRanges ranges = OnThreads(2);
+  std::atomic<int> visits{0};
+  const auto nested = [&] {
+    ranges(20, [&](size_t first, size_t last) {
+      for (size_t i = first; i < last; ++i) {
+        ranges(10, [&](size_t begin, size_t end) { visits += static_cast<int>(end - begin); });
+      }
+    });
+  };
+  std::thread other(nested);
+  nested();
+  other.join();
+  EXPECT_EQ(visits, 2 * 20 * 10);
+}
+
+TEST(OnThreads, WhatWorkThrowsTheCallThrows) {
+  const ForRanges ranges = OnThreads(2);
+  const auto throws = [](size_t first, size_t) {
+    if (first > 0) throw std::runtime_error("no");
+  };
+  EXPECT_THROW(ranges(100, throws), std::runtime_error);
+  int visits = 0;
+  ranges(1, [&](size_t, size_t) { ++visits; });
+  EXPECT_EQ(visits, 1) << "usable afterwards";
 }
 
 // Ranges of three from the end on: whatever depends on order or on where ranges end shows.

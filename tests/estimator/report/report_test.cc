@@ -90,6 +90,19 @@ TEST(Report, SaysHowGoodItIsAndWarns) {
   EXPECT_EQ(without.find("Position error"), std::string::npos);
 }
 
+TEST(Report, SaysWhyFramesHaveNoState) {
+  Estimate estimate = SyntheticEstimate(90, true);
+  for (size_t i = 0; i < 7; ++i) {
+    estimate.frames[i].status = FrameStatus::kNoFix;
+    estimate.frames[i].n_tags = i < 3 ? 0 : 1;  // a lone tag, whose mirrored pose fits as well
+  }
+  estimate.frames[40].status = FrameStatus::kNoFix;
+  const std::string html = Report(estimate);
+  EXPECT_NE(html.find(" 3 frames before the first tag have no state."), std::string::npos);
+  EXPECT_NE(html.find(" In 5 frames the tags left two attitudes open: they have no state."),
+            std::string::npos);
+}
+
 TEST(Report, PlotsHoldTheStatesAndTheirBands) {
   const Estimate estimate = SyntheticEstimate(90, false);
   const auto data = Data(Report(estimate));

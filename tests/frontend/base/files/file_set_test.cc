@@ -44,6 +44,20 @@ TEST(FileSet, WithoutCommitLeavesNoTrace) {
   EXPECT_EQ(CountEntries(temp.path()), 0u);
 }
 
+TEST(FileSet, ANameThatCannotBeLookedAtIsAnErrorAndNoException) {
+  const TempFolder temp;
+  WriteText(temp / "one.csv", "old");
+  auto set = FileSet::Begin(temp.path());
+  ASSERT_TRUE(set);
+  ASSERT_TRUE((*set)->Add("one.csv", "new"));
+  const auto committed = (*set)->Commit({std::string(300, 'x')});
+  ASSERT_FALSE(committed);
+  EXPECT_NE(committed.error().message.find("xxx: cannot write: File name too long"),
+            std::string::npos)
+      << committed.error().message;
+  EXPECT_EQ(ReadText(temp / "one.csv"), "old");
+}
+
 TEST(FileSet, ReplacesItsOwnFilesAndLeavesOthersAlone) {
   const TempFolder temp;
   WriteText(temp / "mine.txt", "mine");
