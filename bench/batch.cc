@@ -137,13 +137,13 @@ Status Measure() {
                                    static_cast<uint64_t>(FLAGS_seed));
   if (!flight) return flight.error();
   EstimatorOptions options = config.estimator;
-  options.clock = "stamps";  // the simulator's stamps are exact
+  options.clock = ClockChoice::kStamps;  // the simulator's stamps are exact
   const EstimatorSetup setup =
       MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
   EstimatorSetup threaded = setup;
   threaded.for_ranges = OnThreads(FLAGS_threads);
   EstimatorSetup on_acceleration = setup;
-  on_acceleration.options.motion_prior = "acceleration";
+  on_acceleration.options.motion_prior = MotionPriorChoice::kAcceleration;
   const auto starts = StartFrames(setup, flight->measurements);
   if (!starts) return starts.error();
   const auto learned = RunBatch(setup, flight->measurements);

@@ -90,6 +90,19 @@ Status Override(const char* flag, double value, std::optional<double>* out) {
   return Ok();
 }
 
+// An option from the name that its flag gives; none leaves the config's.
+template <typename Option>
+Status Choose(const char* flag, const std::string& name, Option* out) {
+  if (name.empty()) return Ok();
+  const auto option = ValueOf<Option>(name);
+  if (!option) {
+    return Error{std::string("--") + flag + ": expected " + NamesOf<Option>() + ", got '" + name +
+                 "'"};
+  }
+  *out = *option;
+  return Ok();
+}
+
 Status LiveFromFlags(EstimateJob* job) {
   const bool is_camera = IsCamera(FLAGS_dataset);
   const std::string flag = is_camera ? "--dataset: a camera" : "--realtime:";
@@ -216,11 +229,11 @@ Status OverrideOptions(EstimatorOptions* options) {
         Override("accel_psd", FLAGS_accel_psd, &options->accel_psd),
         Override("angular_accel_psd", FLAGS_angular_accel_psd, &options->angular_accel_psd),
         Override("jerk_psd", FLAGS_jerk_psd, &options->jerk_psd),
-        Override("angular_jerk_psd", FLAGS_angular_jerk_psd, &options->angular_jerk_psd)}) {
+        Override("angular_jerk_psd", FLAGS_angular_jerk_psd, &options->angular_jerk_psd),
+        Choose("motion_prior", FLAGS_motion_prior, &options->motion_prior),
+        Choose("clock", FLAGS_clock, &options->clock)}) {
     if (!status) return status;
   }
-  if (!FLAGS_motion_prior.empty()) options->motion_prior = FLAGS_motion_prior;
-  if (!FLAGS_clock.empty()) options->clock = FLAGS_clock;
   if (!gflags::GetCommandLineFlagInfoOrDie("tracks").is_default) options->use_tracks = FLAGS_tracks;
   if (FLAGS_window_frames != 0) options->window_frames = FLAGS_window_frames;
   if (const auto problem = options->Problem()) return Error{"--" + *problem};

@@ -2,9 +2,11 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
+#include <type_traits>
 
 #include "apps/python/python_types.h"
 #include "estimator/online/config.h"
+#include "frontend/base/named_enum.h"
 #include "frontend/io/setup/camera_file.h"
 #include "frontend/io/setup/tag_map_file.h"
 
@@ -31,6 +33,28 @@ Config Load(const OptionalPath& path, const OptionalPath& camera_file, const std
                                             MapFile(map, tag_size_m, tag_family), movable_tags}));
 }
 
+// An option as Python has it: an enum is its name.
+template <typename Field>
+py::object ToPython(const Field& field) {
+  if constexpr (std::is_enum_v<Field>) {
+    return py::str(NameOf(field));
+  } else {
+    return py::cast(field);
+  }
+}
+
+template <typename Field>
+void FromPython(const std::string& key, const py::object& value, Field* field) {
+  if constexpr (std::is_enum_v<Field>) {
+    const auto name = value.cast<std::string>();
+    const auto named = ValueOf<Field>(name);
+    if (!named) throw Refusal(key + ": expected " + NamesOf<Field>() + ", got '" + name + "'");
+    *field = *named;
+  } else {
+    *field = value.cast<Field>();
+  }
+}
+
 // Calls visit(name, options) for each struct of options, by the name of its section.
 template <typename Visitor>
 void VisitSections(Config& config, Visitor&& visit) {
@@ -46,7 +70,7 @@ py::dict OptionsOf(Config& config) {
   VisitSections(config, [&](const char* section, auto& options) {
     py::dict fields;
     std::decay_t<decltype(options)>::VisitFields(
-        options, [&](const char* key, auto& value) { fields[key] = py::cast(value); });
+        options, [&](const char* key, auto& value) { fields[key] = ToPython(value); });
     out[section] = fields;
   });
   return out;
@@ -59,9 +83,9 @@ bool SetField(const std::string& key, const py::object& value, Options* options)
     if (key != name) return;
     is_known = true;
     try {
-      field = value.cast<std::decay_t<decltype(field)>>();
+      FromPython(key, value, &field);
     } catch (const py::cast_error&) {
-      throw Refusal(key + ": expected a value like " + std::string(py::repr(py::cast(field))) +
+      throw Refusal(key + ": expected a value like " + std::string(py::repr(ToPython(field))) +
                     ", got " + std::string(py::repr(value)));
     }
   };

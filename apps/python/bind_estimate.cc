@@ -48,7 +48,7 @@ py::dict ToNoise(const NoiseModel& noise) {
   out["linear_psd"] = noise.linear.psd;
   out["angular_white_noise_on"] = on(noise.angular);
   out["angular_psd"] = noise.angular.psd;
-  out["source"] = noise.source;
+  out["source"] = NameOf(noise.source);
   return out;
 }
 

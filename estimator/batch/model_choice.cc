@@ -102,11 +102,11 @@ ClockAccounts CompareClocks(const EstimatorSetup& setup, const std::vector<Graph
 
 std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
                                        const std::vector<GraphFrame>& frames, NoiseModel* noise) {
-  if (setup.options.clock == "stamps") return std::nullopt;
+  if (setup.options.clock == ClockChoice::kStamps) return std::nullopt;
   std::vector<int64_t> stamps;
   for (const GraphFrame& frame : frames) stamps.push_back(frame.t_ns);
   auto clock = FitSteadyClock(stamps);
-  if (!clock || setup.options.clock == "steady") return clock;
+  if (!clock || setup.options.clock == ClockChoice::kSteady) return clock;
   // Jitter this small moves nothing by as much as the corners' noise does.
   constexpr double kLeastJitterS = 2e-4;
   if (clock->rms_s < kLeastJitterS) return std::nullopt;

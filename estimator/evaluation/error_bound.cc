@@ -30,7 +30,8 @@ EstimateBounds BoundsOf(const Estimate& estimate) {
     alone.push_back(StateCovariance::Zero());
     alone.back().topLeftCorner<6, 6>() = *f.pose_bound;
   }
-  return {RmsBound(alone), RmsBound(posterior), window ? "optimised_lagged" : "optimised"};
+  return {RmsBound(alone), RmsBound(posterior),
+          window ? ComparisonKey::kOptimisedLagged : ComparisonKey::kOptimised};
 }
 
 HalfNoiseGain GainOfHalfNoise(WhiteNoiseOn on) {

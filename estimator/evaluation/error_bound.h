@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/evaluation/comparison_key.h"
 #include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
 
@@ -24,13 +25,13 @@ ErrorBound RmsBound(const std::vector<StateCovariance>& covariances);
 /// The bounds of a result. In window mode of the frames at the window's lag: at lag 0 the first
 /// frames know next to nothing of their motion yet, and would be all that a mean shows.
 struct EstimateBounds {
-  /// Of each frame's tags alone, over the frames whose tags fix the pose; no twist, for one frame
+  /// From each frame's tags alone, over the frames whose tags fix the pose; no twist, for one frame
   /// says nothing of motion.
   ErrorBound frame;
-  /// Of the whole estimate, over the frames with a state: the posterior covariance of the solved
+  /// From the whole estimate, over the frames with a state: the posterior covariance of the solved
   /// graph, which is the posterior Cramér-Rao bound where noise and motion are as modelled.
   ErrorBound smoothed;
-  std::string key;  // ComparisonRow::key of the trajectory that `smoothed` is of
+  ComparisonKey key = ComparisonKey::kOptimised;  // the trajectory that `smoothed` is of
 };
 EstimateBounds BoundsOf(const Estimate& estimate);
 

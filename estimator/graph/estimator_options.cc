@@ -16,16 +16,6 @@ std::optional<std::string> CheckPositive(const char* key, const std::optional<do
   return std::string(key) + ": expected > 0, got " + std::to_string(*value);
 }
 
-std::optional<std::string> CheckMotionPrior(const std::string& value) {
-  if (value == "auto" || value == "acceleration" || value == "jerk") return std::nullopt;
-  return "motion_prior: expected auto, acceleration or jerk, got '" + value + "'";
-}
-
-std::optional<std::string> CheckClock(const std::string& value) {
-  if (value == "auto" || value == "stamps" || value == "steady") return std::nullopt;
-  return "clock: expected auto, stamps or steady, got '" + value + "'";
-}
-
 std::optional<std::string> CheckOneDensity(const char* key, const std::optional<double>& value,
                                            const char* other_key,
                                            const std::optional<double>& other) {
@@ -36,9 +26,10 @@ std::optional<std::string> CheckOneDensity(const char* key, const std::optional<
 std::optional<std::string> CheckDensityOfPrior(const EstimatorOptions& options) {
   const bool accel = options.accel_psd || options.angular_accel_psd;
   const bool jerk = options.jerk_psd || options.angular_jerk_psd;
-  if ((options.motion_prior == "acceleration" && jerk) ||
-      (options.motion_prior == "jerk" && accel)) {
-    return "motion_prior: expected one that fits the given density, got " + options.motion_prior;
+  if ((options.motion_prior == MotionPriorChoice::kAcceleration && jerk) ||
+      (options.motion_prior == MotionPriorChoice::kJerk && accel)) {
+    return std::string("motion_prior: expected one that fits the given density, got ") +
+           NameOf(options.motion_prior);
   }
   return std::nullopt;
 }
@@ -50,8 +41,8 @@ std::optional<std::string> EstimatorOptions::Problem() const {
        {CheckPositive("corner_sigma_px", corner_sigma_px),
         CheckPositive("track_sigma_px", track_sigma_px), CheckPositive("accel_psd", accel_psd),
         CheckPositive("angular_accel_psd", angular_accel_psd), CheckPositive("jerk_psd", jerk_psd),
-        CheckPositive("angular_jerk_psd", angular_jerk_psd), CheckMotionPrior(motion_prior),
-        CheckClock(clock), CheckOneDensity("jerk_psd", jerk_psd, "accel_psd", accel_psd),
+        CheckPositive("angular_jerk_psd", angular_jerk_psd),
+        CheckOneDensity("jerk_psd", jerk_psd, "accel_psd", accel_psd),
         CheckOneDensity("angular_jerk_psd", angular_jerk_psd, "angular_accel_psd",
                         angular_accel_psd),
         CheckDensityOfPrior(*this), CheckAtLeast("max_tracks_per_frame", max_tracks_per_frame, 0),

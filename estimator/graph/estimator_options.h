@@ -1,8 +1,34 @@
 #pragma once
+#include <array>
 #include <optional>
 #include <string>
+#include <utility>
+
+#include "frontend/base/named_enum.h"
 
 namespace tagtwist {
+
+/// What of the motion is white noise. kAuto: the one whose density is given; else in batch the one
+/// that the data make likelier, in the window the jerk.
+enum class MotionPriorChoice { kAuto, kAcceleration, kJerk };
+template <>
+struct EnumNames<MotionPriorChoice> {
+  static constexpr std::array<std::pair<MotionPriorChoice, const char*>, 3> kAll = {
+      {{MotionPriorChoice::kAuto, "auto"},
+       {MotionPriorChoice::kAcceleration, "acceleration"},
+       {MotionPriorChoice::kJerk, "jerk"}}};
+};
+
+/// When the frames were taken: at their stamps, or at the ticks of a steady clock fitted to them.
+/// kAuto: in batch the steady clock where the images say so clearly, in the window the stamps.
+enum class ClockChoice { kAuto, kStamps, kSteady };
+template <>
+struct EnumNames<ClockChoice> {
+  static constexpr std::array<std::pair<ClockChoice, const char*>, 3> kAll = {
+      {{ClockChoice::kAuto, "auto"},
+       {ClockChoice::kStamps, "stamps"},
+       {ClockChoice::kSteady, "steady"}}};
+};
 
 /// What the factor graph is built with. A noise parameter that is not given is learned from the
 /// data. Field names are the YAML keys of the section `estimator`.
@@ -13,12 +39,8 @@ struct EstimatorOptions {
   std::optional<double> angular_accel_psd;  // [(rad/s^2)^2/Hz], > 0
   std::optional<double> jerk_psd;           // white noise on jerk [(m/s^3)^2/Hz], > 0
   std::optional<double> angular_jerk_psd;   // [(rad/s^3)^2/Hz], > 0
-  /// What of the motion is white noise: "acceleration", "jerk", or "auto": that of the density that
-  /// is given; else in batch what the data say (likelihood), in the window jerk.
-  std::string motion_prior = "auto";
-  /// When the frames were taken: "stamps", "steady" (a steady clock fitted to the stamps), or
-  /// "auto": in batch the steady one where the images say so clearly, in the window the stamps.
-  std::string clock = "auto";
+  MotionPriorChoice motion_prior = MotionPriorChoice::kAuto;
+  ClockChoice clock = ClockChoice::kAuto;
   bool use_tracks = true;         // KLT tracks enter the graph
   int max_tracks_per_frame = 40;  // in the graph, >= 0
   int track_segment_frames = 6;   // a track enters in pieces of at most this many frames, >= 2

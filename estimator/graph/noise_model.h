@@ -1,9 +1,23 @@
 #pragma once
-#include <string>
+#include <array>
+#include <utility>
 
+#include "frontend/base/named_enum.h"
 #include "residuals/motion_prior.h"
 
 namespace tagtwist {
+
+/// Where the noise comes from: what is not given is the default or was learned.
+enum class NoiseSource { kDefault, kLearned, kGiven, kDefaultAndGiven, kLearnedAndGiven };
+template <>
+struct EnumNames<NoiseSource> {
+  static constexpr std::array<std::pair<NoiseSource, const char*>, 5> kAll = {
+      {{NoiseSource::kDefault, "default"},
+       {NoiseSource::kLearned, "learned"},
+       {NoiseSource::kGiven, "given"},
+       {NoiseSource::kDefaultAndGiven, "default, given"},
+       {NoiseSource::kLearnedAndGiven, "learned, given"}}};
+};
 
 /// Noise that the estimate was made with.
 struct NoiseModel {
@@ -11,8 +25,8 @@ struct NoiseModel {
   double track_sigma_px = 0.3;   // one track coordinate
   MotionPrior linear{WhiteNoiseOn::kJerk, 30.0};    // [(m/s^3)^2/Hz] or [(m/s^2)^2/Hz]
   MotionPrior angular{WhiteNoiseOn::kJerk, 300.0};  // [(rad/s^3)^2/Hz] or [(rad/s^2)^2/Hz]
-  std::string source = "default";  // "default", "learned", "given", or "learned, given" when mixed
-  bool corner_is_given = false;    // then a detection's own covariance does not count
+  NoiseSource source = NoiseSource::kDefault;
+  bool corner_is_given = false;  // then a detection's own covariance does not count
 };
 
 }  // namespace tagtwist

@@ -3,6 +3,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "frontend/base/named_enum.h"
 #include "frontend/base/number_text.h"
 #include "frontend/io/setup/tag_map_text.h"
 
@@ -16,6 +17,8 @@ struct OptionLines {
   void operator()(const char* name, const T& value) {
     if constexpr (std::is_same_v<T, std::string>) {
       Add(name, value);
+    } else if constexpr (std::is_enum_v<T>) {
+      Add(name, NameOf(value));
     } else if constexpr (std::is_same_v<T, bool>) {
       Add(name, value ? "true" : "false");
     } else if constexpr (std::is_integral_v<T>) {

@@ -121,23 +121,26 @@ bool IsGiven(const std::optional<double>& accel, const std::optional<double>& je
   return accel || jerk;
 }
 
-std::string Source(const EstimatorOptions& options, const char* otherwise) {
+// `open`: where the noise comes from that is not given.
+NoiseSource Source(const EstimatorOptions& options, NoiseSource open) {
   const int given = (options.corner_sigma_px ? 1 : 0) + (options.track_sigma_px ? 1 : 0) +
                     (IsGiven(options.accel_psd, options.jerk_psd) ? 1 : 0) +
                     (IsGiven(options.angular_accel_psd, options.angular_jerk_psd) ? 1 : 0);
-  if (given == 4) return "given";
-  return given == 0 ? otherwise : std::string(otherwise) + ", given";
+  if (given == 4) return NoiseSource::kGiven;
+  if (given == 0) return open;
+  return open == NoiseSource::kLearned ? NoiseSource::kLearnedAndGiven
+                                       : NoiseSource::kDefaultAndGiven;
 }
 
 // One part's prior as the options say it; `start` holds the densities to begin with.
-MotionPrior InitialPrior(const std::string& name, const std::optional<double>& accel,
+MotionPrior InitialPrior(MotionPriorChoice choice, const std::optional<double>& accel,
                          const std::optional<double>& jerk, WhiteNoiseOn open, double start_accel,
                          double start_jerk) {
   if (accel) return {WhiteNoiseOn::kAcceleration, *accel};
   if (jerk) return {WhiteNoiseOn::kJerk, *jerk};
   WhiteNoiseOn on = open;
-  if (name == "acceleration") on = WhiteNoiseOn::kAcceleration;
-  if (name == "jerk") on = WhiteNoiseOn::kJerk;
+  if (choice == MotionPriorChoice::kAcceleration) on = WhiteNoiseOn::kAcceleration;
+  if (choice == MotionPriorChoice::kJerk) on = WhiteNoiseOn::kJerk;
   return {on, on == WhiteNoiseOn::kJerk ? start_jerk : start_accel};
 }
 
@@ -233,7 +236,7 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
 }
 
 bool MotionPriorIsOpen(const EstimatorOptions& options) {
-  return options.motion_prior == "auto" && MotionIsLearned(options);
+  return options.motion_prior == MotionPriorChoice::kAuto && MotionIsLearned(options);
 }
 
 bool MotionIsLearned(const EstimatorOptions& options) {
@@ -254,7 +257,7 @@ NoiseModel InitialNoise(const EstimatorOptions& options, WhiteNoiseOn open) {
       InitialPrior(options.motion_prior, options.accel_psd, options.jerk_psd, open, 1.0, 30.0);
   noise.angular = InitialPrior(options.motion_prior, options.angular_accel_psd,
                                options.angular_jerk_psd, open, 10.0, 300.0);
-  noise.source = Source(options, "default");
+  noise.source = Source(options, NoiseSource::kDefault);
   noise.corner_is_given = options.corner_sigma_px.has_value();
   return noise;
 }
@@ -280,7 +283,7 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
     const double least = LeastDensity(noise.angular.on, statistics);
     out.angular.psd = Updated(noise.angular.psd, statistics.angular, least_dof, least, 1e8);
   }
-  out.source = Source(options, "learned");
+  out.source = Source(options, NoiseSource::kLearned);
   return out;
 }
 

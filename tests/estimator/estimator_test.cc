@@ -136,7 +136,7 @@ TEST_P(ExactModel, NoiseIsLearnedFromTheData) {
     EXPECT_NEAR(result->noise.corner_sigma_px / model.corner_sigma_px, 1.0, 0.05);
     EXPECT_EQ(result->noise.linear.on, GetParam());
     EXPECT_EQ(result->noise.angular.on, GetParam());
-    EXPECT_EQ(result->noise.source, "learned");
+    EXPECT_EQ(result->noise.source, NoiseSource::kLearned);
     linear += result->noise.linear.psd / model.linear.psd / kFlights;
     angular += result->noise.angular.psd / model.angular.psd / kFlights;
   }

@@ -86,7 +86,7 @@ TEST(BatchClock, AJitteredClockIsSeenAndSteadied) {
     stamps.push_back(jittered[i].t_ns);
   }
   EstimatorOptions as_stamped;
-  as_stamped.clock = "stamps";
+  as_stamped.clock = ClockChoice::kStamps;
   const auto plain = RunBatch(CourseSetup(as_stamped), jittered);
   const auto steadied = RunBatch(CourseSetup(), jittered);
   ASSERT_TRUE(plain);

@@ -14,7 +14,7 @@ inline Estimate SyntheticEstimate(size_t frames, bool window) {
   std::mt19937_64 rng(11);
   Estimate e;
   e.mode = window ? "sliding_window" : "batch";
-  e.noise.source = "learned";
+  e.noise.source = NoiseSource::kLearned;
   StateVector low_pass = StateVector::Zero();
   for (size_t i = 0; i < frames; ++i) {
     FrameEstimate f;

@@ -65,7 +65,7 @@ Json NoiseJson(const NoiseModel& noise, const std::vector<FrameEstimate>& frames
           {"track_sigma_px", noise.track_sigma_px},
           {"accel_psd", linear_jerk ? accel : noise.linear.psd},
           {"angular_accel_psd", angular_jerk ? angular_accel : noise.angular.psd},
-          {"source", noise.source},
+          {"source", NameOf(noise.source)},
           {"linear_prior", Name(noise.linear.on)},
           {"angular_prior", Name(noise.angular.on)},
           {"jerk_psd", linear_jerk ? Json(noise.linear.psd) : Json(nullptr)},
@@ -183,7 +183,8 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   out["peak_rss_mib"] = facts.peak_rss_mib;
   out["bound"] = BoundsJson(estimate, rows);
   for (const ComparisonRow& row : rows) {
-    if (!row.key.empty() && row.accuracy) out["accuracy"][row.key] = AccuracyJson(*row.accuracy);
+    if (row.key == ComparisonKey::kNone || !row.accuracy) continue;
+    out["accuracy"][NameOf(row.key)] = AccuracyJson(*row.accuracy);
   }
   out["dataset"] = facts.dataset;
   out["warnings"] = estimate.warnings;

@@ -111,7 +111,7 @@ ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& serie
 std::vector<ComparisonRow> CompareMethods(const Estimate& estimate,
                                           const std::vector<TruthSample>& truth,
                                           const EvaluationOptions& options) {
-  const auto row = [&](const char* key, const char* name, const PoseSeries& series) {
+  const auto row = [&](ComparisonKey key, const char* name, const PoseSeries& series) {
     ComparisonRow out = MakeComparisonRow(name, series, truth, options);
     out.key = key;
     return out;
@@ -121,14 +121,15 @@ std::vector<ComparisonRow> CompareMethods(const Estimate& estimate,
   };
   const bool window = !estimate.lagged.empty();
   std::vector<ComparisonRow> rows = {
-      row("", "closed form (plain)", closed_form(ClosedFormVariant::kPlain)),
-      row("", "closed form (RANSAC)", closed_form(ClosedFormVariant::kRansac)),
-      row("closed_form", "closed form (RANSAC + low-pass)",
+      row(ComparisonKey::kNone, "closed form (plain)", closed_form(ClosedFormVariant::kPlain)),
+      row(ComparisonKey::kNone, "closed form (RANSAC)", closed_form(ClosedFormVariant::kRansac)),
+      row(ComparisonKey::kClosedForm, "closed form (RANSAC + low-pass)",
           closed_form(ClosedFormVariant::kLowPass)),
-      row("optimised", window ? "optimised (lag 0)" : "optimised",
+      row(ComparisonKey::kOptimised, window ? "optimised (lag 0)" : "optimised",
           EstimatedSeries(estimate.frames))};
   if (window) {
-    rows.push_back(row("optimised_lagged", "optimised (lagged)", EstimatedSeries(estimate.lagged)));
+    rows.push_back(row(ComparisonKey::kOptimisedLagged, "optimised (lagged)",
+                       EstimatedSeries(estimate.lagged)));
   }
   return rows;
 }

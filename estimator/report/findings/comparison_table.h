@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/evaluation/comparison_key.h"
 #include "estimator/evaluation/evaluation.h"
 #include "estimator/evaluation/pose_series.h"
 #include "estimator/result/estimate.h"
@@ -16,8 +17,7 @@ struct ComparisonRow {
   size_t frames = 0;                        // with a pose
   std::optional<Accuracy> accuracy;         // where there is truth
   std::optional<TwistRoughness> roughness;  // where there are twists
-  std::string key =
-      {};  // in summary.json: "closed_form", "optimised", "optimised_lagged", or empty
+  ComparisonKey key = ComparisonKey::kNone;
 };
 
 ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& series,

@@ -14,7 +14,7 @@ constexpr double kDegrees = 57.29577951308232;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // RMSE / bound of the row with that key, as text of position, attitude, velocity, rate.
-std::string RatioText(const std::vector<ComparisonRow>& rows, const std::string& key) {
+std::string RatioText(const std::vector<ComparisonRow>& rows, ComparisonKey key) {
   for (const ComparisonRow& row : rows) {
     if (row.key != key || !row.accuracy || !row.accuracy->rmse_over_bound) continue;
     const BoundRatio& ratio = *row.accuracy->rmse_over_bound;

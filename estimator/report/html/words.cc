@@ -12,7 +12,7 @@
 namespace tagtwist {
 namespace {
 
-const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, const std::string& key) {
+const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, ComparisonKey key) {
   for (const ComparisonRow& row : rows) {
     if (row.key == key) return &row;
   }
@@ -67,7 +67,7 @@ std::string NoiseText(const Estimate& e) {
   const bool angular_jerk = n.angular.on == WhiteNoiseOn::kJerk;
   std::string out = Format(
       "Noise (%s): corners %.3g px, tracks %.3g px, %s %.3g %s, angular %s %.3g %s.",
-      n.source.c_str(), n.corner_sigma_px, n.track_sigma_px, jerk ? "jerk" : "acceleration",
+      NameOf(n.source), n.corner_sigma_px, n.track_sigma_px, jerk ? "jerk" : "acceleration",
       n.linear.psd, jerk ? "(m/s^3)^2/Hz" : "(m/s^2)^2/Hz", angular_jerk ? "jerk" : "acceleration",
       n.angular.psd, angular_jerk ? "(rad/s^3)^2/Hz" : "(rad/s^2)^2/Hz");
   if (!e.reprojection_px.empty()) {
@@ -80,8 +80,8 @@ std::string NoiseText(const Estimate& e) {
 }
 
 std::string AccuracyText(const std::vector<ComparisonRow>& rows) {
-  const ComparisonRow* optimised = FindRow(rows, "optimised");
-  const ComparisonRow* closed = FindRow(rows, "closed_form");
+  const ComparisonRow* optimised = FindRow(rows, ComparisonKey::kOptimised);
+  const ComparisonRow* closed = FindRow(rows, ComparisonKey::kClosedForm);
   if (optimised == nullptr || !optimised->accuracy) {
     return "There is no ground truth to judge by; the table tells how restless the twists are.";
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "frontend/base/limits.h"
+#include "frontend/base/named_enum.h"
 #include "frontend/base/result.h"
 #include "frontend/io/setup/yaml_value.h"
 
@@ -67,6 +68,11 @@ class YamlSection {
       return ReadValue(node, &value);
     } else if constexpr (std::is_integral_v<T>) {
       return ReadInteger(node, &value);
+    } else if constexpr (std::is_enum_v<T>) {
+      const auto named = ValueOf<T>(node.scalar);
+      if (node.kind != YamlValue::Kind::kScalar || !named) return node.Refuse(NamesOf<T>());
+      value = *named;
+      return Ok();
     } else {  // std::optional
       typename T::value_type inner{};
       Status status = ReadField(node, inner);

@@ -46,6 +46,8 @@ struct FieldLister {
     line << std::setprecision(17) << name << "=";
     if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
       line << value;
+    } else if constexpr (std::is_enum_v<T>) {
+      line << NameOf(value);
     } else {
       value ? line << *value : line << "not given";
     }
