@@ -103,7 +103,7 @@ LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, 
   return feed;
 }
 
-// Of the file that is named, else the recording's own.
+// Truth of the file that is named, else the recording's own.
 Result<std::vector<TruthSample>> TruthOf(const EstimateJob& job, const DataSource& source) {
   if (job.ground_truth.empty()) return source.ground_truth();
   auto truth = ReadGroundTruth(job.ground_truth);

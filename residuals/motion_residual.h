@@ -34,7 +34,7 @@ class MotionResidual final : public ceres::SizedCostFunction<18, 7, 12, 7, 12> {
   MotionResidual(double dt_s, const MotionPrior& linear, const MotionPrior& angular);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
-  /// The same with the Jacobian in the states' tangents: pose 1 (6), rates 1 (12), pose 2, rates 2.
+  /// Evaluate with the Jacobian in the states' tangents: pose 1 (6), rates 1 (12), pose 2, rates 2.
   void Linearize(double const* const* parameters, Eigen::Matrix<double, 18, 1>* residual,
                  Eigen::Matrix<double, 18, 36>* jacobian) const;
 

@@ -27,7 +27,7 @@ class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
                           const Pose& cam_from_body);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
-  /// The same with the Jacobian in the pose's tangent [theta, rho], which may be nullptr.
+  /// Evaluate with the Jacobian in the pose's tangent [theta, rho], which may be nullptr.
   bool Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,
                  Eigen::Matrix<double, 8, 6>* jacobian) const;
 

@@ -62,13 +62,20 @@ DEFINE_double(
 DEFINE_string(clock, "",
               "When frames were taken: stamps, steady (a steady clock fitted to the stamps), or "
               "auto: steady where the images say so clearly (batch only); empty: the config's.");
-DEFINE_double(track_sigma_px, 0, "Noise of a track's coordinate [px]; 0: likewise.");
-DEFINE_double(accel_psd, 0,
-              "Density of the white noise on acceleration [(m/s^2)^2/Hz]; 0: likewise.");
-DEFINE_double(angular_accel_psd, 0,
-              "Of that on angular acceleration [(rad/s^2)^2/Hz]; 0: likewise.");
-DEFINE_double(jerk_psd, 0, "Density of the white noise on jerk [(m/s^3)^2/Hz]; 0: likewise.");
-DEFINE_double(angular_jerk_psd, 0, "Of that on angular jerk [(rad/s^3)^2/Hz]; 0: likewise.");
+DEFINE_double(track_sigma_px, 0,
+              "Noise of a track's coordinate [px]; 0: the config's, or learned.");
+DEFINE_double(
+    accel_psd, 0,
+    "Density of the white noise on acceleration [(m/s^2)^2/Hz]; 0: the config's, or learned.");
+DEFINE_double(
+    angular_accel_psd, 0,
+    "Density of the white noise on angular acceleration [(rad/s^2)^2/Hz]; 0: the config's, or "
+    "learned.");
+DEFINE_double(jerk_psd, 0,
+              "Density of the white noise on jerk [(m/s^3)^2/Hz]; 0: the config's, or learned.");
+DEFINE_double(
+    angular_jerk_psd, 0,
+    "Density of the white noise on angular jerk [(rad/s^3)^2/Hz]; 0: the config's, or learned.");
 DEFINE_string(
     motion_prior, "",
     "What of the motion is white noise: acceleration, jerk, or auto: what a given density "

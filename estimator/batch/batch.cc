@@ -71,7 +71,7 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
   return input;
 }
 
-// Of all states; calibrated where the prior's densities are learned.
+// Covariances of all states; scaled by the prior's power where the prior's densities are learned.
 std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
                                               const Solution& solution) {
   std::vector<StateCovariance> out;

@@ -11,7 +11,7 @@ namespace tagtwist {
 struct NoiseSums {
   double corner = 0, truth_position = 0, truth_rotation = 0;  // squares, robust, whitened
   double corner_redundancy = 0, truth_position_redundancy = 0, truth_rotation_redundancy = 0;
-  // Of a frame's error with the next one's.
+  // Correlation of a frame's error with the next one's.
   double truth_position_correlation = 0, truth_rotation_correlation = 0;
   int truth_frames = 0;
 };

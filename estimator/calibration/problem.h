@@ -62,7 +62,7 @@ struct CalibrationParameter {
   std::string unit;        // "", "px", "m", "rad", "s"
   double prior_sigma = 0;  // 0: held
 };
-/// Of every entry, with the options' priors.
+/// A description of every entry, with the options' priors.
 std::vector<CalibrationParameter> ParametersOf(const CalibrationState& state,
                                                const CalibrationOptions& options);
 

@@ -23,8 +23,8 @@ struct CalibrationSolution {
 CalibrationSolution SolveCalibration(const CalibrationProblem& problem,
                                      const CalibrationState& start, const CalibrationNoise& noise);
 
-/// The same in turn with learning the noise: each sigma such that the squares of its residuals
-/// agree with their redundancy. `learn_corners`: false keeps corner_sigma_px.
+/// SolveCalibration in turn with learning the noise: each sigma such that the squares of its
+/// residuals agree with their redundancy. `learn_corners`: false keeps corner_sigma_px.
 CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
                                        const CalibrationState& start,
                                        const CalibrationNoise& initial, bool learn_corners);

@@ -17,7 +17,7 @@ struct EvaluationOptions {
   double rpe_metres = 1.0;   // and along the estimate's path [m], > 0
 };
 
-/// Of one 3-D error over frames; every figure is of its norm.
+/// Figures of one 3-D error over frames; every figure is of its norm.
 struct ErrorStatistics {
   size_t count = 0;
   double rmse = 0, mean = 0, median = 0, max = 0;

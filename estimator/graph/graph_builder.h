@@ -32,7 +32,7 @@ EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_bod
 struct GraphFrame {
   int64_t t_ns = 0;
   BodyState state;                 // where the solve starts, and then its result
-  Acceleration acceleration;       // likewise
+  Acceleration acceleration;       // at the start, and then its result
   std::vector<TagDetection> tags;  // accepted ones
 };
 
@@ -56,9 +56,9 @@ Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise);
 /// Huber's threshold on the norm of a tag's whitened residual.
 double TagHuberDelta(const EstimatorSetup& setup);
 
-/// Of a detection's corners, 8x8, u1 v1 .. u4 v4 [px^2]: the detection's own covariance where it
-/// has one and the user gives no sigma, and what of the corners' errors it does not explain:
-/// sigma_px.
+/// Covariance of a detection's corners, 8x8, u1 v1 .. u4 v4 [px^2]: the detection's own covariance
+/// where it has one and the user gives no sigma, and what of the corners' errors it does not
+/// explain: sigma_px.
 Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
                                              double sigma_px);
 

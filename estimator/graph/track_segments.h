@@ -53,7 +53,7 @@ class TrackSegmenter {
   void Reject(const std::vector<bool>& rejected);
   /// Forgets the segments that begin before `first_frame`.
   void DropBefore(int first_frame);
-  /// Of the segments that were forgotten or emptied.
+  /// Counts of the segments that were forgotten or emptied.
   const TrackTally& tally() const { return tally_; }
 
  private:

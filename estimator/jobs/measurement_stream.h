@@ -73,7 +73,7 @@ class MeasurementStream {
   size_t next_detector_ = 0;
   bool at_end_ = false;
   std::optional<TagFollower> follower_;  // guided
-  PosePredictor predict_;                // likewise
+  PosePredictor predict_;                // of the window, for guided detection
   FrameDeadline* deadline_ = nullptr;    // none
   FrontEnd front_end_;
   std::deque<Pending> queue_;  // last member: tasks end before what they read

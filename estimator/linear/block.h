@@ -7,7 +7,7 @@ namespace tagtwist {
 inline constexpr int kBlockSize = 18;
 /// What the normal equations say of a pair of states.
 using Block = Eigen::Matrix<double, kBlockSize, kBlockSize>;
-/// The same of one state's gradient or step.
+/// One state's gradient or step.
 using BlockVector = Eigen::Matrix<double, kBlockSize, 1>;
 
 }  // namespace tagtwist

@@ -29,7 +29,7 @@ class OnlineEstimator {
   /// the last one no frame may follow.
   Result<WindowOutput> AddImage(int64_t t_ns, const cv::Mat& gray);
   /// The next frame from tags that were detected elsewhere, without those that FilterTags drops,
-  /// and from its image where there are to be tracks. Errors likewise.
+  /// and from its image where there are to be tracks. Errors as of AddImage.
   Result<WindowOutput> AddTags(int64_t t_ns, const std::vector<TagDetection>& tags,
                                const cv::Mat& gray = {});
 

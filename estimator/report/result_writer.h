@@ -37,7 +37,7 @@ struct ResultKinds {
   bool window = false, covariance = false, calibration = false, mapping = false;
 };
 
-/// Those files, and what of older runs goes where this run does not write it.
+/// The files of a run, and what of older runs goes where this run does not write it.
 OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds);
 
 /// Writes closed_form.tum, optimised.tum, states.csv, summary.json, report.html; with truth

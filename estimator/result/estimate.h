@@ -14,7 +14,7 @@ namespace tagtwist {
 /// How a frame came by its state.
 enum class FrameStatus {
   kOk,         // tags of its own
-  kHurried,    // likewise, but a deadline came before all was measured or refined (window mode)
+  kHurried,    // tags of its own, but a deadline came before all was refined (window mode)
   kPredicted,  // no tag: tracks, neighbours and the motion prior
   kNoFix,      // window mode, before the first tag or while two attitudes are open: no state
 };

@@ -52,7 +52,7 @@ class ReprojectionTally {
   /// The tags of a frame and where its camera was. Stamps must grow.
   void Add(const Camera& camera, const TagMap& map, int64_t t_ns, const Pose& cam_from_world,
            const std::vector<TagDetection>& tags);
-  /// Of all frames until now.
+  /// The errors of all frames until now.
   ReprojectionErrorsByPlace Errors() const;
 
  private:

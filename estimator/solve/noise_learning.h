@@ -45,13 +45,13 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
 double TypicalTagScale(std::vector<double> squared_norms);
 /// The squared norm above which a tag is far off, at that scale.
 double MostOfInlierTag(double typical_scale);
-/// Of one tag: its whitener, whitened residual and Jacobian in the pose without a robust weight;
-/// the pose's covariance; s2 the variance that is learned [px^2].
+/// The statistic of one tag: its whitener, whitened residual and Jacobian in the pose without a
+/// robust weight; the pose's covariance; s2 the variance that is learned [px^2].
 VarianceStatistic TagStatistic(const Eigen::Matrix<double, 8, 8>& whitener,
                                const Eigen::Matrix<double, 8, 1>& residual,
                                const Eigen::Matrix<double, 8, 6>& jacobian,
                                const Eigen::Matrix<double, 6, 6>& pose_covariance, double s2);
-/// Of the motion from state k on, linearised.
+/// Adds the statistic of the motion from state k on, linearised.
 void AddMotionStatistic(const LinearFactor& linear, const BlockBandedMatrix& covariance, int k,
                         const NoiseModel& noise, NoiseStatistics* out);
 

@@ -77,7 +77,7 @@ Result<Solution> LearnInGraph(const EstimatorSetup& setup, const SolveOptions& o
   return Learn(setup.options, is_open, learn, options.time_up, noise, round);
 }
 
-// The same without factors; an error where it takes damped steps.
+// SolveAndLearn by FrameChain, without factors; an error where it takes damped steps.
 Result<Solution> LearnInChain(const EstimatorSetup& setup, const SolveOptions& options,
                               GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
   constexpr double kNeglected = 1e-2;

@@ -24,7 +24,7 @@ struct PowerStatistic {
   /// Power of the motion at the limit of resolution over what the prior expects: 1 where the prior
   /// holds, 0 for motion without anything there. Unbiased, noisy on short recordings.
   double RawPower() const;
-  /// The same drawn towards 1 as far as the recording is too short to tell, within [0.05, 5].
+  /// RawPower drawn towards 1 as far as the recording is too short to tell, within [0.05, 5].
   double Power() const;
 };
 
@@ -43,8 +43,8 @@ struct PriorPower {
 /// traces are derivatives of tr(M) by the logarithm of the density.
 PriorPower FindPriorPower(const Graph& graph);
 
-/// The same in steps of like length, for whoever has little time at once: the graph is linearised
-/// at first, and each of three steps factorises and inverts.
+/// FindPriorPower in steps of like length, for whoever has little time at once: the graph is
+/// linearised at first, and each of three steps factorises and inverts.
 class PriorPowerFinder {
  public:
   explicit PriorPowerFinder(const Graph& graph);

@@ -14,8 +14,8 @@ namespace tagtwist {
 struct Solution {
   Graph graph;
   BlockBandedMatrix covariance{0, 0};
-  /// Of the measurements given the noise, the states integrated out (Laplace), but for a constant
-  /// that depends on the measurements alone.
+  /// Likelihood of the measurements given the noise, the states integrated out (Laplace), but for a
+  /// constant that depends on the measurements alone.
   double log_likelihood = 0;
   double cost = 0;  // half the sum of squares, robust
 };

@@ -12,10 +12,10 @@ struct Mirror {
   double cost = 0;       // half the sum of squares that it costs more, of whitened corners
 };
 
-/// Of a frame's state and tags; nullopt where there is no such pose: no tags, tags on several
-/// planes, a corner that comes to lie behind the camera. The cost need not be that of a minimum: a
-/// tag seen nearly face-on makes one wide trough of both poses, and noise puts the minimum anywhere
-/// in it.
+/// The mirrored pose of a frame's state and tags; nullopt where there is none: no tags, tags on
+/// several planes, a corner that comes to lie behind the camera. The cost need not be that of a
+/// minimum: a tag seen nearly face-on makes one wide trough of both poses, and noise puts the
+/// minimum anywhere in it.
 std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& noise,
                                const GraphFrame& frame);
 

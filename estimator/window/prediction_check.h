@@ -17,7 +17,7 @@ class PredictionCheck {
   /// By how much the variance of a prediction is to be multiplied, >= 1.
   struct Inflation {
     double linear = 1, angular = 1;  // position and velocity; attitude and rate
-    /// The same for the standard deviations of a state.
+    /// The factors for the standard deviations of a state.
     StateVector OfSigmas() const;
   };
 

@@ -11,7 +11,7 @@ namespace {
 constexpr size_t kStretch = 75, kBetween = 450;
 constexpr double kFade = 0.7;  // weight that a stretch keeps when the next one comes
 
-// Of the square roots of the parts' variances, pooled over the axes.
+// Ratio of the square roots of the parts' variances, pooled over the axes.
 StateVector Ratio(const StateCovariance& calibrated, const StateCovariance& covariance) {
   StateVector out;
   for (int part = 0; part < 12; part += 3) {

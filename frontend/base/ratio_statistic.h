@@ -17,7 +17,7 @@ class RatioStatistic {
   /// A block without weight does not count.
   void CloseBlock();
 
-  /// Of the closed blocks.
+  /// Figures of the closed blocks.
   size_t blocks() const { return blocks_; }
   double weight() const { return weight_; }
   double ratio() const { return value_ / weight_; }  // NaN without blocks
@@ -34,7 +34,7 @@ class RatioStatistic {
   double value_value_ = 0, value_weight_ = 0, weight_weight_ = 0;
 };
 
-/// The same for the difference of two independent ratios; degrees of freedom of the smaller one.
+/// The score of the difference of two independent ratios; degrees of freedom of the smaller one.
 double ScoreOfDifference(const RatioStatistic& a, const RatioStatistic& b);
 
 /// Scores beyond this, either way, come up by chance in one of a thousand families of `tests`

@@ -24,7 +24,7 @@ enum class FramePoseStatus {
   kNoPose,  // no tag gives a pose: corners degenerate
 };
 
-/// A pose to start the graph from.
+/// The pose of one frame by its tags alone: what the graph may start from.
 struct FramePose {
   FramePoseStatus status = FramePoseStatus::kNoTags;
   Pose world_from_body;            // least squares over the agreeing tags
@@ -35,7 +35,7 @@ struct FramePose {
 
 /// Pose that most tags of a frame agree on. Candidates: the homography of all tags on the main
 /// plane and of single tags, with both minima of each; scored by the tags they predict; refined by
-/// Gauss-Newton on all corners with the full camera model. Wrong ids and stray tags come out as
+/// RefinePose on all corners with the full camera model. Wrong ids and stray tags come out as
 /// tag_inlier = false. When the tags that agree lie on one plane and are seen nearly face-on, the
 /// mirrored minimum is kept among the alternatives.
 FramePose FindFramePose(const std::vector<TagDetection>& tags, const TagMap& map,

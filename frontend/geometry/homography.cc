@@ -42,7 +42,7 @@ using Vector9 = Eigen::Matrix<double, 9, 1>;
 
 // The right singular vector of the smallest singular value, where one stands out.
 std::optional<Vector9> NullVector(const Eigen::Matrix<double, Eigen::Dynamic, 9>& rows) {
-  // Of the normal equations, a third of the time; squaring costs digits: 1e-10 is left.
+  // By the normal equations, in a third of the time; squaring costs digits: 1e-10 is left.
   constexpr double kWell = 1e-6;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> squared(rows.transpose() * rows);
   if (squared.info() == Eigen::Success &&

@@ -21,7 +21,7 @@ constexpr double kMostContradictedShare = 0.06;
 constexpr double kMostNoiseOfContrast = 0.15;
 constexpr double kFloorPx = 0.0015;  // of a corner's standard deviation: what the model leaves out
 constexpr double kLeastCellPx = 1.2;
-// Of the blur's two axes together, 2 of one: what an edge tells lies within.
+// In sigmas of the blur's two axes together, 2 of one: what an edge tells lies within.
 constexpr double kEdgeSigmas = 1.45;
 constexpr double kRoughPx = 0.15;
 constexpr double kMostSidePx = 400;
@@ -176,7 +176,7 @@ PatternMatch CornerRefiner::Impl::Search(const cv::Mat& gray, const Corners& in_
   return SearchPattern(gray, model, normal, view->corners, places, reach);
 }
 
-// Of the tag, or nullptr where the image or the id cannot be worked with.
+// The model of the tag, or nullptr where the image or the id cannot be worked with.
 const PatternModel* CornerRefiner::Impl::ModelFor(const cv::Mat& gray, int id) const {
   const auto found = models.find(id);
   const bool fits = rays.empty() || (gray.cols == camera.width && gray.rows == camera.height);

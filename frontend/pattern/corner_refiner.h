@@ -54,7 +54,7 @@ class CornerRefiner {
   /// cell, and with search_px [px] by that much more as a shift.
   std::optional<RefinedTag> Refine(const cv::Mat& gray, const TagDetection& tag,
                                    double search_px = 0) const;
-  /// The same for a tag that was refined in an image shortly before, from a start that is off by
+  /// Refine for a tag that was refined in an image shortly before, from a start that is off by
   /// off_px, 0.5 px at most: faster.
   std::optional<RefinedTag> Follow(const cv::Mat& gray, const TagDetection& tag,
                                    const PatternLook& look, double off_px) const;

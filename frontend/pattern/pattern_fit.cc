@@ -12,8 +12,8 @@ constexpr int kMostIterations = 12;
 constexpr size_t kCoarsePixels = 500;  // are enough until steps are small
 constexpr double kNearPx = 0.1;        // a step below this: from here on with all pixels
 constexpr double kConvergedPx = 0.03;  // a step below this is the last, its own error far smaller
-constexpr double kFollowedPx = 0.05;   // likewise, where the look is known
-// Likewise: share of the squared residuals that the last step may take away. More, and residuals
+constexpr double kFollowedPx = 0.05;   // a step below this is the last where the look is known
+// Share of the squared residuals that the last step may take away then. More, and residuals
 // before it would tell of the start rather than of noise.
 constexpr double kMostMisfit = 0.05;
 constexpr double kAnotherTag = 0.2;      // contradicted at the start: not that tag, or not there

@@ -51,7 +51,7 @@ class PatternModel {
   int cells_ = 0;
   double square_half_ = 0;
   std::vector<double> white_;                 // cells x cells, row by row
-  std::vector<std::array<float, 9>> around_;  // likewise
+  std::vector<std::array<float, 9>> around_;  // of each cell, row by row
 };
 
 }  // namespace tagtwist

@@ -9,7 +9,7 @@
 namespace tagtwist {
 namespace {
 
-// Of a tag to the nearest one beside it, printed the same way up; infinite without one.
+// Distance of a tag to the nearest one beside it, printed the same way up; infinite without one.
 double GapBeside(const Tag& tag, const TagMap& map) {
   constexpr double kAligned = 0.01;  // of the tag's side
   const Pose tag_from_world = Inverse(tag.world_from_tag);

@@ -30,7 +30,7 @@ std::vector<std::string> FlightNames();
 Result<std::vector<TruthSample>> MakeFlight(const std::string& name, const TagMap& map,
                                             const FlightOptions& options);
 
-/// The same as a smooth path, whose twists are exact.
+/// A named flight as a smooth path, whose twists are exact.
 Result<SplineTrajectory> FlightPath(const std::string& name, const TagMap& map,
                                     const FlightOptions& options);
 

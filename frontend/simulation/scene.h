@@ -16,7 +16,7 @@ class Scene {
   static Result<Scene> Make(const TagMap& map, const SceneOptions& options);
 
   const SceneOptions& options() const { return options_; }
-  /// And the squares at the corners of a Kalibr board's tags.
+  /// The squares at the corners of a Kalibr board's tags.
   const std::vector<Patch>& scribbles() const { return scribbles_; }
   const std::vector<Patch>& tags() const { return tags_; }  // with their paper
   const std::vector<WallSheet>& walls() const { return walls_; }

@@ -17,7 +17,7 @@ Patch Moved(const Pose& b_from_a, const Patch& patch) {
   return out;
 }
 
-// Of a patch's corners, along z [m].
+// Extent of a patch's corners along z [m].
 double LowestM(const Patch& patch) {
   return patch.centre.z() - std::abs(patch.half_u.z()) - std::abs(patch.half_v.z());
 }

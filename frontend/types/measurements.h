@@ -14,7 +14,7 @@ namespace tagtwist {
 struct TagDetection {
   int id = -1;
   std::array<Eigen::Vector2d, 4> corners;
-  /// Of the corners, u1 v1 .. u4 v4 [px^2]; empty: not known.
+  /// Covariance of the corners, u1 v1 .. u4 v4 [px^2]; empty: not known.
   std::optional<Eigen::Matrix<double, 8, 8>> covariance;
 };
 

@@ -14,7 +14,7 @@ namespace tagtwist {
 
 using TagFamilyPointer = std::unique_ptr<apriltag_family, std::function<void(apriltag_family*)>>;
 
-/// Of the tags on Kalibr's boards: codes of tag36h11 in a black border of two cells.
+/// The family of the tags on Kalibr's boards: codes of tag36h11 in a black border of two cells.
 inline constexpr const char* kKalibrFamily = "tag36h11b2";
 
 /// The names of libapriltag's families, "tag36h11" first, and kKalibrFamily.

@@ -15,7 +15,7 @@ struct TagMove {
   double position_sigma_m = 0;      // the greatest of the three coordinates'
   double turn_rad = 0;
 };
-/// Of the tags that were seen, in the order of the map; empty where no tag was refined.
+/// Moves of the tags that were seen, in the order of the map; empty where no tag was refined.
 std::vector<TagMove> TagMoves(const Calibration& calibration);
 
 /// A tag's bend as refined, and how well it is known [m].
@@ -23,7 +23,7 @@ struct TagBend {
   int id = -1;
   double bend_m = 0, sigma_m = 0;
 };
-/// Of the tags that were seen, in the order of the map; empty where bends were not refined.
+/// Bends of the tags that were seen, in the order of the map; empty where none was refined.
 std::vector<TagBend> TagBends(const Calibration& calibration);
 
 /// The map's scale (MapScaleDirection) and the focal length.

@@ -41,7 +41,7 @@ double Sigma3(const FrameEstimate& f, int first) {
   return std::sqrt(f.covariance.diagonal().segment<3>(first).sum());
 }
 
-// Of the frames with a state for which the flag is as asked.
+// Count of the frames with a state for which the flag is as asked.
 std::vector<double> Sigmas(const Frames& frames, int first, const std::vector<bool>& flags,
                            bool flag) {
   std::vector<double> out;

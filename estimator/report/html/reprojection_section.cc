@@ -9,7 +9,7 @@
 namespace tagtwist {
 namespace {
 
-// Of an error against the largest one.
+// Share of an error in the largest one.
 std::string Shade(double share) {
   return Format("rgba(217, 95, 2, %.2f)", 0.6 * std::clamp(share * share, 0.0, 1.0));
 }

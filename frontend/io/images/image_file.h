@@ -12,7 +12,7 @@ namespace tagtwist {
 /// wholeness first: their decoders print on stderr or return half an image.
 Result<cv::Mat> DecodeGrayImage(const std::string& bytes);
 
-/// The same from a file; the reason again without the name: "cannot open: No such file or
+/// Decodes an image from a file; the reason again without the name: "cannot open: No such file or
 /// directory".
 Result<cv::Mat> ReadGrayImage(const std::string& path);
 

@@ -17,7 +17,7 @@ struct PlainMat {
 /// The format: "MAT-File Level 5 File Format" of The MathWorks, chapter 1.
 Result<PlainMat> MakePlainMat(const std::string& path);
 
-/// The same check without inflating: the variables' lengths fill the file exactly.
+/// That check without inflating: the variables' lengths fill the file exactly.
 Status CheckMatIsWhole(const std::string& path);
 
 }  // namespace tagtwist

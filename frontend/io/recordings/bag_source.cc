@@ -32,7 +32,7 @@ int64_t StampOf(const Message& message) {
   return ToNs(message.header.stamp);
 }
 
-// Of the messages on a topic: their headers', or, where those were never set, the arrivals'.
+// Stamps of the messages on a topic: their headers', or, where never set, the arrivals'.
 class Stamps {
  public:
   void Add(int64_t header_ns, const rosbag::MessageInstance& instance) {

@@ -32,7 +32,7 @@ struct DataSourceOptions {
   /// Ids of the map: another one in a detections.csv is an error, told with its line. Empty: any is
   /// taken.
   std::vector<int> known_tag_ids;
-  /// Of the images in a ROS bag; empty: the only one that has any.
+  /// Topic of the images in a ROS bag; empty: the only one that has any.
   std::string topic = {};
 };
 

@@ -22,7 +22,7 @@ Status SetLens(const YamlValue& node, const NamedLens& lens, std::vector<double>
 
 /// The keys of the section `camera` (docs/formats.md) from a section that may have others, too.
 void ReadCameraKeys(YamlSection* section, Camera* camera);
-/// And of its shutter: `line_time_s`, [s] from row to row.
+/// Reads the shutter of the camera: `line_time_s`, [s] from row to row.
 void ReadLineTime(YamlSection* section, double* line_time_s);
 
 }  // namespace tagtwist

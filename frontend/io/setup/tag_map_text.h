@@ -10,7 +10,7 @@ namespace tagtwist {
 /// a comment for each tag, or none at all.
 std::string FormatTagMap(const TagMap& map, const std::vector<std::string>& notes = {});
 
-/// "[1, 0.5]", numbers likewise.
+/// "[1, 0.5]", the numbers as FormatTagMap writes them.
 std::string FormatNumberList(const Eigen::VectorXd& values);
 
 }  // namespace tagtwist

@@ -57,7 +57,7 @@ class YamlSection {
   void KeepProblem(const std::optional<std::string>& problem);
   /// The fault, or Ok. Call it after everything was asked for.
   Status Finish();
-  /// The same for files of others, in which unknown members are none of our business.
+  /// Finish for files of others, in which unknown members are none of our business.
   Status FirstFault() const;
 
  private:
