@@ -11,7 +11,7 @@ namespace {
 
 std::string Number(double value) { return FormatNumber(value); }
 
-std::string SigmaComment(const char* format, double sigma) {
+[[gnu::format(printf, 1, 0)]] std::string SigmaComment(const char* format, double sigma) {
   return sigma > 0 ? "  # +- " + Format(format, sigma) : "";
 }
 

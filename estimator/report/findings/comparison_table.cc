@@ -13,13 +13,14 @@ constexpr const char* kNothing = "n/a";
 constexpr double kDegrees = 57.29577951308232;
 constexpr size_t kMaxNameWidth = 32;
 
-std::string Number(double value, const char* format) {
+[[gnu::format(printf, 2, 0)]] std::string Number(double value, const char* format) {
   std::array<char, 40> text;
   std::snprintf(text.data(), text.size(), format, value);
   return text.data();
 }
 
-std::string Rmse(const std::optional<ErrorStatistics>& statistics, const char* format) {
+[[gnu::format(printf, 2, 0)]] std::string Rmse(const std::optional<ErrorStatistics>& statistics,
+                                               const char* format) {
   return statistics ? Number(statistics->rmse, format) : kNothing;
 }
 

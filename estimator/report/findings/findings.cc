@@ -25,8 +25,8 @@ std::vector<Stretch> StretchesOf(const std::vector<double>& t_s, const std::vect
   return out;
 }
 
-std::string KnownTo(const std::vector<FrameEstimate>& frames, int first, double unit,
-                    const char* format) {
+[[gnu::format(printf, 4, 0)]] std::string KnownTo(const std::vector<FrameEstimate>& frames,
+                                                  int first, double unit, const char* format) {
   std::vector<double> sigmas;
   for (const FrameEstimate& f : frames) {
     if (f.status == FrameStatus::kNoFix) continue;

@@ -14,7 +14,7 @@ Eigen::Vector2d ToPicture(const Eigen::Vector3d& point_in_world) {
   return {point_in_world.y(), point_in_world.x()};
 }
 
-std::string Text(double value, const char* format = "%.4g") {
+[[gnu::format(printf, 2, 0)]] std::string Text(double value, const char* format = "%.4g") {
   std::array<char, 40> text;
   std::snprintf(text.data(), text.size(), format, value);
   return text.data();
