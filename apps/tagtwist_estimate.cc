@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <memory>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
@@ -14,13 +15,19 @@
 #include "estimator/calibration/gyro_alignment.h"
 #include "estimator/jobs/calibrate_recording.h"
 #include "estimator/jobs/map_recording.h"
+#include "estimator/jobs/online_run.h"
 #include "estimator/jobs/overlay_recording.h"
+#include "estimator/jobs/run.h"
 #include "estimator/live/live_feed.h"
 #include "estimator/live/stopwatch.h"
+#include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
 #include "estimator/online/recording_options.h"
 #include "estimator/report/files/calibration_text.h"
+#include "estimator/report/result_set.h"
 #include "estimator/report/result_writer.h"
+#include "frontend/base/files/file_set.h"
+#include "frontend/base/files/run_files.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/quantile.h"
 #include "frontend/io/trajectories/trajectory_file.h"
@@ -64,29 +71,32 @@ Result<Mapping> MapFirst(const EstimateJob& job, const Config& config) {
   mapping_job.mapping.tag_size_m = job.unknown_tag_size_m;
   auto mapping = MapUnknownTags(mapping_job, config);
   if (!mapping) return mapping;
-  Messages(job) << mapping->map.tags().size() - config.map.tags().size()
+  Messages(job) << mapping->map.tags().size() - config.set_up.map.tags().size()
                 << " tags added to the map, " << mapping->left_out.size()
                 << " seen and not placed\n\n";
   return mapping;
 }
 
 // Mount and clock of a gyro that the recording has, told on standard output.
-std::optional<GyroAlignment> AlignGyroTo(const EstimateJob& job, const Estimate& estimate,
-                                         const Config& config, const std::vector<ImuSample>& imu) {
+std::shared_ptr<const GyroAlignment> AlignGyroTo(const EstimateJob& job, const Estimate& estimate,
+                                                 const Config& config,
+                                                 const std::vector<ImuSample>& imu) {
   std::vector<TimedRotation> camera;
-  const Eigen::Quaterniond body_from_cam = config.cam_from_body.rotation().conjugate();
+  const Eigen::Quaterniond body_from_cam =
+      config.set_up.rig.front().cam_from_body.rotation().conjugate();
   for (const FrameEstimate& frame : estimate.frames) {
     if (frame.status == FrameStatus::kNoFix) continue;
     camera.push_back({frame.t_ns, frame.state.world_from_body.rotation() * body_from_cam});
   }
   const auto gyro = AlignGyro(camera, imu);
   Messages(job) << (gyro ? GyroText(*gyro) : gyro.error().message) << "\n\n";
-  return gyro ? std::optional<GyroAlignment>(*gyro) : std::nullopt;
+  return gyro ? std::make_shared<const GyroAlignment>(*gyro) : nullptr;
 }
 
 Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config) {
-  return IsCamera(job.dataset) ? OpenCameraSource(job.dataset, config.camera, SteadyNowNs)
-                               : OpenDataSource(job.dataset, SourceOptions(job, config));
+  return IsCamera(job.dataset)
+             ? OpenCameraSource(job.dataset, config.set_up.rig.front().camera, SteadyNowNs)
+             : OpenDataSource(job.dataset, SourceOptions(job, config));
 }
 
 // Puts the feed in the source's place.
@@ -141,11 +151,46 @@ Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estima
   return written;
 }
 
-std::string LiveText(const Estimate& estimate) {
-  const LiveRun& live = *estimate.live;
-  return Format("live: %zu frames, %zu dropped; latency %.1f ms (p99 %.1f)", estimate.frames.size(),
+std::string LiveText(const LiveRun& live, size_t n_frames) {
+  return Format("live: %zu frames, %zu dropped; latency %.1f ms (p99 %.1f)", n_frames,
                 live.frames_dropped, Quantile(live.latency_ms, 0.5),
                 Quantile(live.latency_ms, 0.99));
+}
+
+// A run whose states go out as they come.
+Result<RunResult> RunAndStream(const EstimateJob& job, DataSource* source, const Config& config,
+                               const RunOptions& options) {
+  auto stream = StateStream::Open(job.stream);
+  if (!stream) return stream.error();
+  auto run = OnlineRun::Create(job.dataset, source, config, options);
+  if (!run) return run.error();
+  while (true) {
+    const auto state = run->Next();
+    if (!state) return state.error();
+    if (*state == nullptr) break;
+    (*stream)->Write(**state);
+  }
+  auto out = run->Finish();
+  const std::string& problem = (*stream)->problem();
+  if (out && !problem.empty()) out->estimate.warnings.push_back(problem);
+  return out;
+}
+
+// The estimate, its warnings told on standard error.
+Result<RunResult> EstimateAndWarn(const EstimateJob& job, DataSource* source, const LiveFeed* feed,
+                                  const Config& config, const RunOptions& options) {
+  auto out = job.stream.empty() ? RunEstimate(job.dataset, source, config, options)
+                                : RunAndStream(job, source, config, options);
+  if (!out) return out;
+  if (feed != nullptr) {
+    out->facts.live->frames_dropped = feed->dropped();
+    std::cerr << "tagtwist_estimate: " << LiveText(*out->facts.live, out->estimate.frames.size())
+              << "\n";
+  }
+  for (const std::string& warning : out->estimate.warnings) {
+    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
+  }
+  return out;
 }
 
 // Names of older results that stay: this run reads them.
@@ -165,17 +210,6 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
   return files.WritesSet("--output", ResultSet(job.output, kinds));
 }
 
-// What a run has to tell on stderr: of its live feed (nullptr without one), and its warnings.
-void TellOf(const LiveFeed* feed, Estimate* estimate) {
-  if (feed != nullptr) {
-    estimate->live->frames_dropped = feed->dropped();
-    std::cerr << "tagtwist_estimate: " << LiveText(*estimate) << "\n";
-  }
-  for (const std::string& warning : estimate->warnings) {
-    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
-  }
-}
-
 // Everything between the flags and the last line printed. --tracks is of this run alone: what a
 // calibration writes goes on with what the configuration said.
 Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanEnd* end) {
@@ -192,8 +226,8 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   if (job.map_unknown_tags) {
     auto mapping = MapFirst(job, config);
     if (!mapping) return mapping.error();
-    config.map = mapping->map;
-    context.mapping = std::move(*mapping);
+    config.set_up.map = mapping->map;
+    context.mapping = std::make_shared<const Mapping>(std::move(*mapping));
   }
   auto source = OpenSource(job, config);
   if (!source) return source.error();
@@ -207,34 +241,28 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   if (job.calibrate) {
     auto calibration = CalibrateFirst(job, config, context.truth);
     if (!calibration) return calibration.error();
-    config = WithSetUp(std::move(config), calibration->set_up);
+    config.set_up = calibration->set_up;
     Config to_go_on_with = config;
     to_go_on_with.estimator.use_tracks = configured_tracks;
     context.options_text = OptionsText(to_go_on_with);
-    context.calibration = std::move(*calibration);
+    context.calibration = std::make_shared<const Calibration>(std::move(*calibration));
   }
-  std::unique_ptr<StateStream> stream;
-  if (!job.stream.empty()) {
-    auto opened = StateStream::Open(job.stream);
-    if (!opened) return opened.error();
-    stream = std::move(*opened);
-    options.on_state = [&stream](const FrameEstimate& frame) { stream->Write(frame); };
-  }
-  auto estimate = RunEstimate(job.dataset, source->get(), config, options);
-  if (!estimate) return estimate.error();
-  if (stream && !stream->problem().empty()) estimate->warnings.push_back(stream->problem());
-  TellOf(feed, &*estimate);
+  auto run = EstimateAndWarn(job, source->get(), feed, config, options);
+  if (!run) return run.error();
+  const Estimate& estimate = run->estimate;
   if (job.calibrate && !(*source)->imu().empty()) {
-    context.gyro = AlignGyroTo(job, *estimate, config, (*source)->imu());
+    context.gyro = AlignGyroTo(job, estimate, config, (*source)->imu());
   }
-  context.rows = CompareMethods(*estimate, context.truth, {});
-  context.map = config.map;
+  context.rows = CompareMethods(estimate, context.truth, {});
+  context.map = config.set_up.map;
   context.write_covariance = job.write_covariance;
-  context.facts = {job.dataset, 1e-3 * watch.ElapsedMs(), PeakRssMib()};
-  if (const auto written = WriteResults(job.output, *estimate, context); !written) return written;
+  context.facts = std::move(run->facts);
+  context.facts.wall_s = 1e-3 * watch.ElapsedMs();
+  context.facts.peak_rss_mib = PeakRssMib();
+  if (const auto written = WriteResults(job.output, estimate, context); !written) return written;
   Messages(job) << FormatComparisonTable(context.rows) << "\nreport: " << job.output
                 << "/report.html\n";
-  return job.overlay.empty() ? Ok() : WriteOverlayOf(job, config, *estimate);
+  return job.overlay.empty() ? Ok() : WriteOverlayOf(job, config, estimate);
 }
 
 int Main(int argc, char** argv, const Usage& usage) {

@@ -82,7 +82,7 @@ Status MakeMap() {
   job.use_detections = FLAGS_use_detections;
   job.threads = ResolveThreads(0);
   job.mapping.tag_size_m = FLAGS_tag_size_m;
-  job.mapping.family = FLAGS_tag_family.empty() ? config->map.family() : FLAGS_tag_family;
+  job.mapping.family = FLAGS_tag_family.empty() ? config->set_up.map.family() : FLAGS_tag_family;
   if (FLAGS_root_tag >= 0) job.mapping.root = FLAGS_root_tag;
   const auto mapping = MapRecording(job, *config);
   if (!mapping) return mapping.error();

@@ -28,14 +28,13 @@ Status Simulate(const SimulateJob& job) {
   if (const auto kept = CheckInputsAreKept(job); !kept) return kept;
   const auto config = LoadConfig(job.config);
   if (!config) return config.error();
-  const auto trajectory = PrepareTrajectory(job, config->map);
+  const auto trajectory = PrepareTrajectory(job, config->set_up.map);
   if (!trajectory) return trajectory.error();
   std::string warning;
   const auto stamps_ns = PrepareStamps(job, *trajectory, &warning);
   if (!stamps_ns) return stamps_ns.error();
   if (!warning.empty()) std::cerr << "tagtwist_simulate: " << warning << "\n";
-  const auto simulator = Simulator::Make(config->camera, config->cam_from_body, config->map,
-                                         *trajectory, job.simulator);
+  const auto simulator = Simulator::Make(config->set_up, *trajectory, job.simulator);
   if (!simulator) return simulator.error();
   const bool sees_tags = std::any_of(stamps_ns->begin(), stamps_ns->end(), [&](int64_t t_ns) {
     return !simulator->FindVisibleTags(t_ns).empty();

@@ -37,9 +37,7 @@ Row SimulatedRow(const BenchFlight& flight) {
     const Config config = DefaultConfig();
     const auto run = MakeBenchRun(flight, config, duration_s, seed);
     if (!run) return run.error();
-    return ScoreRun(
-        MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator),
-        *run);
+    return ScoreRun(config.set_up, config.estimator, *run);
   };
   return row;
 }
@@ -56,7 +54,7 @@ Row ExactRow(const std::string& name, const ExactModelOptions& model) {
           {flight.measurements[i].t_ns, flight.truth[i].world_from_body, flight.truth[i].twist});
     }
     run.measurements = std::move(flight.measurements);
-    return ScoreRun(CourseSetup(GivenNoise(drawn)), run);
+    return ScoreRun(CourseSetUp(), GivenNoise(drawn), run);
   };
   return row;
 }

@@ -14,6 +14,7 @@
 #include "bench/run_bench.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/jobs/on_threads.h"
+#include "estimator/solve/smoother.h"
 #include "estimator/start/recording_start.h"
 #include "frontend/base/option_check.h"
 #include "frontend/base/quantile.h"
@@ -81,11 +82,12 @@ EstimatorOptions Given(const EstimatorOptions& options, const NoiseModel& noise)
 }
 
 // What the batch takes and how well it does with these options.
-Row BatchRow(const std::string& name, EstimatorSetup setup, const EstimatorOptions& options,
-             const BenchRun& flight) {
-  setup.options = options;
-  return {name, [setup, &flight]() -> Result<std::vector<BodyState>> {
-            const auto result = RunBatch(setup, flight.measurements);
+Row BatchRow(const std::string& name, const SetUp& set_up, const EstimatorOptions& options,
+             const BenchRun& flight, const ForRanges& for_ranges = InOneRange) {
+  return {name, [set_up, options, for_ranges, &flight]() -> Result<std::vector<BodyState>> {
+            BatchEstimator batch(set_up, options, for_ranges);
+            for (const FrameMeasurements& m : flight.measurements) batch.Add(m);
+            const auto result = batch.Solve();
             if (!result) return result.error();
             return StatesOf(result->frames);
           }};
@@ -138,16 +140,13 @@ Status Measure() {
   if (!flight) return flight.error();
   EstimatorOptions options = config.estimator;
   options.clock = ClockChoice::kStamps;  // the simulator's stamps are exact
-  const EstimatorSetup setup =
-      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
-  EstimatorSetup threaded = setup;
-  threaded.for_ranges = OnThreads(FLAGS_threads);
-  EstimatorSetup on_acceleration = setup;
-  on_acceleration.options.motion_prior = MotionPriorChoice::kAcceleration;
+  const EstimatorSetup setup = MakeEstimatorSetup(config.set_up, options);
+  EstimatorOptions on_acceleration = options;
+  on_acceleration.motion_prior = MotionPriorChoice::kAcceleration;
   const auto starts = StartFrames(setup, flight->measurements);
   if (!starts) return starts.error();
-  const auto learned = RunBatch(setup, flight->measurements);
-  const auto constant_velocity = RunBatch(on_acceleration, flight->measurements);
+  const auto learned = RunBatch(config.set_up, options, flight->measurements);
+  const auto constant_velocity = RunBatch(config.set_up, on_acceleration, flight->measurements);
   if (!learned) return learned.error();
   if (!constant_velocity) return constant_velocity.error();
 
@@ -157,10 +156,11 @@ Status Measure() {
                *starts),
       SolveRow("tagtwist, white jerk: solve + covariance", setup, learned->noise, *starts),
       StartsRow(setup, *flight),
-      BatchRow("tagtwist batch, all but files, noise given", setup, Given(options, learned->noise),
-               *flight),
-      BatchRow("tagtwist batch, all but files, noise learned", setup, options, *flight),
-      BatchRow("the same, by the threads", threaded, options, *flight)};
+      BatchRow("tagtwist batch, all but files, noise given", config.set_up,
+               Given(options, learned->noise), *flight),
+      BatchRow("tagtwist batch, all but files, noise learned", config.set_up, options, *flight),
+      BatchRow("the same, by the threads", config.set_up, options, *flight,
+               OnThreads(FLAGS_threads))};
   for (int i = 0; i < FLAGS_repeat; ++i) {
     for (Row& row : rows) {
       if (const auto ran = RunOnce(flight->truth, &row); !ran) return ran;

@@ -40,10 +40,7 @@ struct CalibrationScore {
 };
 
 Result<PoseScore> ScorePoses(const SetUp& set_up, const CalibrationFlight& flight) {
-  const auto batch =
-      RunBatch(MakeEstimatorSetup(set_up.rig.front().camera, set_up.rig.front().cam_from_body,
-                                  set_up.map, flight.config.estimator),
-               flight.measurements);
+  const auto batch = RunBatch(set_up, flight.config.estimator, flight.measurements);
   if (!batch) return batch.error();
   PoseScore out;
   for (size_t i = 0; i < batch->frames.size(); ++i) {
@@ -90,7 +87,7 @@ Result<CalibrationScore> ScoreSeed(unsigned seed) {
   out.dof = static_cast<int>(free.size());
   const auto calibrated = ScorePoses(result->set_up, flight);
   if (!calibrated) return calibrated.error();
-  const auto knowing = ScorePoses(Apply(SetUpOf(flight.config), flight.truth), flight);
+  const auto knowing = ScorePoses(Apply(flight.config.set_up, flight.truth), flight);
   if (!knowing) return knowing.error();
   out.calibrated = *calibrated;
   out.knowing = *knowing;

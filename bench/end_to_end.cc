@@ -32,7 +32,7 @@ namespace {
 // The course's camera and mat, with more pixels or fewer.
 Config ScaledConfig(double scale) {
   Config config = DefaultConfig();
-  Camera& camera = config.camera;
+  Camera& camera = config.set_up.rig.front().camera;
   camera.width = static_cast<int>(camera.width * scale);
   camera.height = static_cast<int>(camera.height * scale);
   camera.fx *= scale;
@@ -46,7 +46,7 @@ Result<std::vector<SimulatedFrame>> RenderFlight(const Config& config) {
   FlightOptions flight;
   flight.duration_s = FLAGS_duration;
   flight.height_m = FLAGS_height;
-  const auto path = FlightPath(FLAGS_trajectory, config.map, flight);
+  const auto path = FlightPath(FLAGS_trajectory, config.set_up.map, flight);
   if (!path) return path.error();
   StampOptions stamp_options;
   stamp_options.rate_hz = FLAGS_rate;
@@ -56,8 +56,7 @@ Result<std::vector<SimulatedFrame>> RenderFlight(const Config& config) {
   options.random_seed = static_cast<uint64_t>(FLAGS_seed);
   options.exposure_s = 1e-3 * FLAGS_exposure_ms;
   options.renderer.noise_grey = FLAGS_noise;
-  const auto simulator =
-      Simulator::Make(config.camera, config.cam_from_body, config.map, *path, options);
+  const auto simulator = Simulator::Make(config.set_up, *path, options);
   if (!simulator) return simulator.error();
   std::vector<SimulatedFrame> frames;
   Progress progress("rendering", stamps_ns->size());
@@ -113,7 +112,8 @@ Status Measure() {
   }
   const double reference_ms = Quantile(plain->run().frame_ms, 0.5);
   std::printf("%zu frames of %d x %d px, CPU time of one thread; RMSE against the exact truth\n",
-              frames->size(), config.camera.width, config.camera.height);
+              frames->size(), config.set_up.rig.front().camera.width,
+              config.set_up.rig.front().camera.height);
   std::printf("%-34s %6s %8s %8s %8s %8s %10s %10s\n", "", "tags", "p50 ms", "p99 ms", "p50/ref",
               "p99/ref", "pos. mm", "vel. mm/s");
   PrintMethod("AprilTag, plain (ref)", plain->run(), reference_ms);

@@ -11,13 +11,13 @@ Result<EndlessFlight> EndlessFlight::Make(const Config& config, const std::strin
                                           double rate_hz, double corner_noise_px, uint64_t seed) {
   FlightOptions flight;
   flight.duration_s = 60;
-  const auto path = FlightPath(name, config.map, flight);
+  const auto path = FlightPath(name, config.set_up.map, flight);
   if (!path) return path.error();
   SimulatorOptions options;
   options.images = false;
   options.corner_noise_px = corner_noise_px;
   options.random_seed = seed;
-  auto simulator = Simulator::Make(config.camera, config.cam_from_body, config.map, *path, options);
+  auto simulator = Simulator::Make(config.set_up, *path, options);
   if (!simulator) return simulator.error();
   return EndlessFlight(std::move(*simulator), rate_hz);
 }

@@ -21,9 +21,9 @@ struct ImageTags {
   CornerRefiner refiner;
 
   static Result<ImageTags> Create(const Config& config) {
-    auto detector = TagDetector::Create(config.map.family(), config.front_end.detector);
+    auto detector = TagDetector::Create(config.set_up.map.family(), config.front_end.detector);
     if (!detector) return detector.error();
-    auto refiner = CornerRefiner::Create(config.map, config.camera);
+    auto refiner = CornerRefiner::Create(config.set_up.map, config.set_up.rig.front().camera);
     if (!refiner) return refiner.error();
     return ImageTags{std::move(*detector), std::move(*refiner)};
   }
@@ -71,7 +71,7 @@ Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, d
   FlightOptions shape;
   shape.duration_s = duration_s;
   shape.height_m = RandomStream(seed, kHeightPurpose).Uniform(1.0, 1.4);
-  const auto path = FlightPath(flight.trajectory, config.map, shape);
+  const auto path = FlightPath(flight.trajectory, config.set_up.map, shape);
   if (!path) return path.error();
   StampOptions stamp_options;
   stamp_options.jitter_s = flight.jitter_s;
@@ -80,22 +80,22 @@ Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, d
   if (!stamps_ns) return stamps_ns.error();
   SimulatorOptions options = flight.simulator;
   options.random_seed = seed;
-  const auto simulator =
-      Simulator::Make(config.camera, config.cam_from_body, config.map, *path, options);
+  const auto simulator = Simulator::Make(config.set_up, *path, options);
   if (!simulator) return simulator.error();
   const auto image_tags = ImageTags::Create(config);
   if (!image_tags) return image_tags.error();
 
   BenchRun run;
-  FrontEnd front_end(config.camera, config.cam_from_body, config.map, config.front_end);
+  FrontEnd front_end(config.set_up, config.front_end);
   for (size_t i = 0; i < stamps_ns->size(); ++i) {
     const SimulatedFrame frame = simulator->MakeFrame(i, (*stamps_ns)[i]);
     const TagDetectorOptions& look = config.front_end.detector;
     std::vector<TagDetection> tags =
         options.images ? FindTags(frame.image, image_tags->detector, image_tags->refiner,
-                                  config.map, config.camera, look)
-                       : FilterTags(frame.detections, config.map, config.camera, look.border_px);
-    if (flight.one_tag) KeepTheMiddleOne(config.camera, &tags);
+                                  config.set_up.map, config.set_up.rig.front().camera, look)
+                       : FilterTags(frame.detections, config.set_up.map,
+                                    config.set_up.rig.front().camera, look.border_px);
+    if (flight.one_tag) KeepTheMiddleOne(config.set_up.rig.front().camera, &tags);
     run.measurements.push_back(front_end.Process(frame.t_ns, tags, frame.image));
     run.truth.push_back({frame.t_ns, frame.truth.world_from_body, frame.truth.twist});
   }

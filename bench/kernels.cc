@@ -14,6 +14,8 @@
 #include "estimator/solve/noise_learning.h"
 #include "estimator/start/recording_start.h"
 #include "estimator/window/sliding_window.h"
+#include "frontend/closed_form.h"
+#include "frontend/flow/klt_tracker.h"
 #include "frontend/front_end.h"
 #include "frontend/simulation/named_flights.h"
 #include "frontend/tags/find_tags.h"
@@ -39,19 +41,20 @@ struct Images {
   Config config = DefaultConfig();
   std::vector<SimulatedFrame> frames;
   std::vector<std::vector<TagDetection>> tags;
-  CornerRefiner refiner = OrExit(CornerRefiner::Create(config.map, config.camera));
+  CornerRefiner refiner =
+      OrExit(CornerRefiner::Create(config.set_up.map, config.set_up.rig.front().camera));
 
   Images() {
-    const auto path = OrExit(FlightPath("figure8", config.map, {}));
-    const auto simulator =
-        OrExit(Simulator::Make(config.camera, config.cam_from_body, config.map, path, {}));
+    const auto path = OrExit(FlightPath("figure8", config.set_up.map, {}));
+    const auto simulator = OrExit(Simulator::Make(config.set_up, path, {}));
     const auto detector =
-        OrExit(TagDetector::Create(config.map.family(), config.front_end.detector));
+        OrExit(TagDetector::Create(config.set_up.map.family(), config.front_end.detector));
     for (uint64_t i = 0; i < 2; ++i) {
       const auto t_ns =
           path.first_ns() + static_cast<int64_t>(1e9 * (8 + static_cast<double>(i) / kRateHz));
       frames.push_back(simulator.MakeFrame(i, t_ns));
-      tags.push_back(FilterTags(detector.Detect(frames.back().image), config.map, config.camera,
+      tags.push_back(FilterTags(detector.Detect(frames.back().image), config.set_up.map,
+                                config.set_up.rig.front().camera,
                                 config.front_end.detector.border_px));
     }
   }
@@ -60,8 +63,7 @@ struct Images {
 // Corners of a flight.
 struct Corners {
   Config config = DefaultConfig();
-  EstimatorSetup setup =
-      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator);
+  EstimatorSetup setup = MakeEstimatorSetup(config.set_up, config.estimator);
   std::vector<FrameMeasurements> frames;
 
   Corners() {
@@ -70,8 +72,9 @@ struct Corners {
       const SimulatedFrame frame = flight.At(i);
       frames.push_back({});
       frames.back().t_ns = frame.t_ns;
-      frames.back().tags = FilterTags(frame.detections, config.map, config.camera,
-                                      config.front_end.detector.border_px);
+      frames.back().tags =
+          FilterTags(frame.detections, config.set_up.map, config.set_up.rig.front().camera,
+                     config.front_end.detector.border_px);
     }
   }
   Graph MakeGraph() const {
@@ -106,8 +109,8 @@ BENCHMARK(FollowOneTag)->Unit(benchmark::kMicrosecond);
 void GuidedDetectionOfAFrame(benchmark::State& state) {
   const Images images;
   const Config& config = images.config;
-  GuidedDetector detector(config.camera, config.cam_from_body, config.map,
-                          config.front_end.detector.border_px);
+  GuidedDetector detector(config.set_up.rig.front().camera, config.set_up.rig.front().cam_from_body,
+                          config.set_up.map, config.front_end.detector.border_px);
   PosePrediction prediction;
   const Pose& truth = images.frames[1].truth.world_from_body;
   prediction.world_from_body =
@@ -139,7 +142,8 @@ BENCHMARK(KltOfAFrame)->Arg(80)->Arg(250)->Unit(benchmark::kMillisecond);
 void ClosedFormOfAFrame(benchmark::State& state) {
   const Corners corners;
   const Config& config = corners.config;
-  ClosedFormEstimator closed_form(config.camera, config.cam_from_body, config.map,
+  ClosedFormEstimator closed_form(config.set_up.rig.front().camera,
+                                  config.set_up.rig.front().cam_from_body, config.set_up.map,
                                   config.front_end.closed_form);
   int64_t n = 0;
   for (auto _ : state) {
@@ -158,7 +162,7 @@ void WindowTakesAFrame(benchmark::State& state) {
   for (auto _ : state) {
     if (next == kFrames) {
       state.PauseTiming();
-      window.emplace(corners.setup);
+      window.emplace(corners.config.set_up, corners.config.estimator);
       for (next = 0; next < 30; ++next) {
         if (!window->Add(corners.frames[next])) return state.SkipWithError("no solution");
       }

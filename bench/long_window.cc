@@ -68,8 +68,7 @@ Status Measure() {
   const auto flight = EndlessFlight::Make(config, FLAGS_trajectory, FLAGS_rate,
                                           FLAGS_corner_noise_px, static_cast<uint64_t>(FLAGS_seed));
   if (!flight) return flight.error();
-  SlidingWindow window(
-      MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator));
+  SlidingWindow window(config.set_up, config.estimator);
   // A tenth of the frames each; what this program itself keeps is there from the start.
   const int tenth = FLAGS_frames / 10;
   Stretch first, last;
@@ -83,8 +82,9 @@ Status Measure() {
     const SimulatedFrame frame = flight->At(i);
     FrameMeasurements measurement;
     measurement.t_ns = frame.t_ns;
-    measurement.tags = FilterTags(frame.detections, config.map, config.camera,
-                                  config.front_end.detector.border_px);
+    measurement.tags =
+        FilterTags(frame.detections, config.set_up.map, config.set_up.rig.front().camera,
+                   config.front_end.detector.border_px);
     const CpuClock clock;
     const auto output = window.Add(measurement);
     const auto ms = static_cast<float>(clock.ElapsedMs());

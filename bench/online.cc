@@ -2,9 +2,6 @@
 
 #include <opencv2/calib3d.hpp>
 
-#include "bench/cpu_clock.h"
-#include "estimator/online/online.h"
-#include "frontend/tags/find_tags.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -23,7 +20,7 @@ Result<PlainMethod> PlainMethod::Create(const Config& config, bool with_pose) {
   TagDetectorOptions options;
   options.upscale = 1;
   options.decimate = 1;
-  auto detector = TagDetector::Create(config.map.family(), options);
+  auto detector = TagDetector::Create(config.set_up.map.family(), options);
   if (!detector) return detector.error();
   return PlainMethod(config, std::move(*detector), with_pose);
 }
@@ -32,20 +29,20 @@ std::optional<Pose> PlainMethod::SolvePose(const std::vector<TagDetection>& tags
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   for (const TagDetection& tag : tags) {
-    if (config_.map.Find(tag.id) == nullptr) continue;
+    if (config_.set_up.map.Find(tag.id) == nullptr) continue;
     for (size_t c = 0; c < 4; ++c) {
-      const Eigen::Vector3d& p = config_.map.CornersInWorld(tag.id)[c];
+      const Eigen::Vector3d& p = config_.set_up.map.CornersInWorld(tag.id)[c];
       points.emplace_back(p.x(), p.y(), p.z());
       pixels.emplace_back(tag.corners[c].x(), tag.corners[c].y());
     }
   }
-  const Camera& camera = config_.camera;
+  const Camera& camera = config_.set_up.rig.front().camera;
   const cv::Matx33d k(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Vec3d turn, place;
   if (points.empty() || !cv::solvePnP(points, pixels, k, {}, turn, place)) return std::nullopt;
   const Pose cam_from_world =
       MakePose(ExpSo3(Eigen::Vector3d(turn[0], turn[1], turn[2])), {place[0], place[1], place[2]});
-  return Inverse(cam_from_world) * config_.cam_from_body;
+  return Inverse(cam_from_world) * config_.set_up.rig.front().cam_from_body;
 }
 
 void PlainMethod::Add(const SimulatedFrame& frame) {
@@ -57,55 +54,43 @@ void PlainMethod::Add(const SimulatedFrame& frame) {
   if (pose) Judge({*pose, {}}, frame.truth, /*has_velocity=*/false, &run_);
 }
 
-Result<OnlineMethod> OnlineMethod::Create(const Config& config, bool guided) {
-  auto follower = TagFollower::Create(config.map, config.camera, config.cam_from_body,
-                                      config.front_end.detector);
-  if (!follower) return follower.error();
-  auto detector = TagDetector::Create(config.map.family(), config.front_end.detector);
-  if (!detector) return detector.error();
-  auto refiner = CornerRefiner::Create(config.map, config.camera);
-  if (!refiner) return refiner.error();
-  return OnlineMethod(guided ? ForOnlineUse(config) : config, guided, std::move(*detector),
-                      std::move(*refiner), std::move(*follower));
+void OnlineMethod::Stages::Add(FrameStage stage) {
+  const double ms = since_last->ElapsedMs();
+  if (stage == FrameStage::kDetect) detect_ms.push_back(ms);
+  if (stage == FrameStage::kTrack) track_ms.push_back(ms);
+  if (stage == FrameStage::kClosedForm) seed_ms.push_back(ms);
+  if (stage == FrameStage::kSolve) window_ms.push_back(ms);
+  since_last.emplace();
 }
 
-OnlineMethod::OnlineMethod(const Config& config, bool guided, TagDetector detector,
-                           CornerRefiner refiner, TagFollower follower)
-    : config_(config),
-      guided_(guided),
-      detector_(std::move(detector)),
-      refiner_(std::move(refiner)),
-      follower_(std::move(follower)),
-      front_end_(config.camera, config.cam_from_body, config.map, config.front_end),
-      window_(
-          MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, config.estimator)) {}
+Result<OnlineMethod> OnlineMethod::Create(const Config& config, bool guided) {
+  auto stages = std::make_unique<Stages>();
+  OnlineOptions options;
+  options.detection = guided ? DetectionMode::kGuided : DetectionMode::kFull;
+  options.after_stage = [to = stages.get()](FrameStage stage) { to->Add(stage); };
+  auto estimator = OnlineEstimator::Create(config, options);
+  if (!estimator) return estimator.error();
+  return OnlineMethod(std::move(*estimator), std::move(stages));
+}
 
-std::vector<TagDetection> OnlineMethod::FindTagsOf(const SimulatedFrame& frame) {
-  if (guided_) return follower_.Find(frame.image, PredictPose(window_, frame.t_ns));
-  return FindTags(frame.image, detector_, refiner_, config_.map, config_.camera,
-                  config_.front_end.detector);
+OnlineMethod::OnlineMethod(OnlineEstimator estimator, std::unique_ptr<Stages> stages)
+    : stages_(std::move(stages)), estimator_(std::move(estimator)) {}
+
+std::vector<std::pair<std::string, std::vector<double>>> OnlineMethod::stages() const {
+  return {{"detection", stages_->detect_ms},
+          {"tracks", stages_->track_ms},
+          {"seed", stages_->seed_ms},
+          {"window", stages_->window_ms}};
 }
 
 Status OnlineMethod::Add(const SimulatedFrame& frame) {
-  FrameMeasurements measurement;
-  measurement.t_ns = frame.t_ns;
-  const CpuClock detect_watch;
-  measurement.tags = FindTagsOf(frame);
-  detect_ms_.push_back(detect_watch.ElapsedMs());
-  const CpuClock track_watch;
-  measurement.tracks = front_end_.Track(measurement.tags, frame.image);
-  track_ms_.push_back(track_watch.ElapsedMs());
-  const CpuClock seed_watch;
-  measurement.closed_form =
-      front_end_.ClosedFormOf(frame.t_ns, measurement.tags, measurement.tracks);
-  seed_ms_.push_back(seed_watch.ElapsedMs());
-  const CpuClock window_watch;
-  const auto output = window_.Add(measurement);
-  window_ms_.push_back(window_watch.ElapsedMs());
+  stages_->since_last.emplace();
+  const auto output = estimator_.AddImage(frame.t_ns, frame.image);
   if (!output) return output.error();
-  run_.frame_ms.push_back(detect_ms_.back() + track_ms_.back() + seed_ms_.back() +
-                          window_ms_.back());
-  run_.tags += measurement.tags.size();
+  double frame_ms = 0;
+  for (const auto& [name, ms] : stages()) frame_ms += ms.back();
+  run_.frame_ms.push_back(frame_ms);
+  run_.tags += estimator_.measurements().tags.size();
   if (output->current.status != FrameStatus::kNoFix) {
     Judge(output->current.state, frame.truth, /*has_velocity=*/true, &run_);
   }

@@ -1,14 +1,15 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "bench/cpu_clock.h"
 #include "estimator/online/config.h"
-#include "estimator/window/sliding_window.h"
-#include "frontend/front_end.h"
+#include "estimator/online/online_estimator.h"
 #include "frontend/simulation/simulator.h"
-#include "frontend/tags/tag_follower.h"
+#include "frontend/tags/tag_detector.h"
 
 namespace tagtwist {
 
@@ -46,27 +47,20 @@ class OnlineMethod {
   Status Add(const SimulatedFrame& frame);
   const MethodRun& run() const { return run_; }
   /// Milliseconds of every frame by stage.
-  std::vector<std::pair<std::string, std::vector<double>>> stages() const {
-    return {{"detection", detect_ms_},
-            {"tracks", track_ms_},
-            {"seed", seed_ms_},
-            {"window", window_ms_}};
-  }
+  std::vector<std::pair<std::string, std::vector<double>>> stages() const;
 
  private:
-  OnlineMethod(const Config& config, bool guided, TagDetector detector, CornerRefiner refiner,
-               TagFollower follower);
-  std::vector<TagDetection> FindTagsOf(const SimulatedFrame& frame);
+  // What the estimator tells of its stages; it stays where it is.
+  struct Stages {
+    std::optional<CpuClock> since_last;
+    std::vector<double> detect_ms, track_ms, seed_ms, window_ms;
+    void Add(FrameStage stage);
+  };
+  OnlineMethod(OnlineEstimator estimator, std::unique_ptr<Stages> stages);
 
-  Config config_;
-  bool guided_;
-  TagDetector detector_;  // where it is not guided
-  CornerRefiner refiner_;
-  TagFollower follower_;
-  FrontEnd front_end_;
-  SlidingWindow window_;
+  std::unique_ptr<Stages> stages_;
+  OnlineEstimator estimator_;
   MethodRun run_;
-  std::vector<double> detect_ms_, track_ms_, seed_ms_, window_ms_;
 };
 
 }  // namespace tagtwist

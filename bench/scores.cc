@@ -74,11 +74,12 @@ RunScores& RunScores::operator+=(const RunScores& other) {
   return *this;
 }
 
-Result<RunScores> ScoreRun(const EstimatorSetup& setup, const BenchRun& run) {
-  const auto batch = RunBatch(setup, run.measurements);
+Result<RunScores> ScoreRun(const SetUp& set_up, const EstimatorOptions& options,
+                           const BenchRun& run) {
+  const auto batch = RunBatch(set_up, options, run.measurements);
   if (!batch) return batch.error();
   std::vector<FrameEstimate> current, lagged;
-  SlidingWindow window(setup);
+  SlidingWindow window(set_up, options);
   for (const FrameMeasurements& m : run.measurements) {
     auto output = window.Add(m);
     if (!output) return output.error();
@@ -87,7 +88,7 @@ Result<RunScores> ScoreRun(const EstimatorSetup& setup, const BenchRun& run) {
   }
   for (FrameEstimate& frame : window.Finish()) lagged.push_back(std::move(frame));
   if (lagged.size() != current.size()) return Error{"the window lost its last frames"};
-  const auto filled = static_cast<size_t>(setup.options.window_frames);
+  const auto filled = static_cast<size_t>(options.window_frames);
   return RunScores{ScoreFrames(batch->frames, run.truth, 0), ScoreFrames(lagged, run.truth, filled),
                    ScoreFrames(current, run.truth, filled)};
 }

@@ -30,7 +30,8 @@ struct RunScores {
 };
 
 /// Estimates a run both ways and judges every frame by its truth.
-Result<RunScores> ScoreRun(const EstimatorSetup& setup, const BenchRun& run);
+Result<RunScores> ScoreRun(const SetUp& set_up, const EstimatorOptions& options,
+                           const BenchRun& run);
 
 /// Cells of the table: one row a method.
 std::vector<std::string> ScoreHeader();

@@ -10,8 +10,27 @@ foreach(library ${libraries})
   install(TARGETS tagtwist_${library} EXPORT tagtwist_targets
     DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 endforeach()
-install(DIRECTORY frontend residuals estimator DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tagtwist COMPONENT dev
-  FILES_MATCHING PATTERN "*.h" PATTERN assets EXCLUDE)
+
+# Public headers, rewritten to include each other as <tagtwist/...>: nothing of a user's is ever found in their place.
+include(cmake/public_headers.cmake)
+set(public_dir ${PROJECT_BINARY_DIR}/public)
+set(public_headers)
+foreach(header ${TAGTWIST_PUBLIC_HEADERS})
+  set(copy ${public_dir}/tagtwist/${header})
+  add_custom_command(OUTPUT ${copy}
+    COMMAND ${CMAKE_COMMAND} -DFILE=${PROJECT_SOURCE_DIR}/${header} -DCOPY=${copy}
+            -P ${PROJECT_SOURCE_DIR}/cmake/public_header.cmake
+    DEPENDS ${header} cmake/public_header.cmake VERBATIM)
+  list(APPEND public_headers ${copy})
+endforeach()
+add_custom_target(tagtwist_copy_headers ALL DEPENDS ${public_headers})
+add_library(tagtwist_headers INTERFACE)
+add_dependencies(tagtwist_headers tagtwist_copy_headers)
+target_sources(tagtwist_headers INTERFACE FILE_SET HEADERS BASE_DIRS ${public_dir} FILES ${public_headers})
+set_target_properties(tagtwist_headers PROPERTIES EXPORT_NAME headers)
+install(TARGETS tagtwist_headers EXPORT tagtwist_targets
+  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev)
+
 install(TARGETS tagtwist_compare tagtwist_estimate tagtwist_map tagtwist_simulate
   DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR}

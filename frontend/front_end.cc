@@ -1,10 +1,27 @@
 #include "frontend/front_end.h"
 
+#include <opencv2/core/mat.hpp>
+
+#include "frontend/closed_form.h"
+#include "frontend/flow/klt_tracker.h"
+
 namespace tagtwist {
 
-FrontEnd::FrontEnd(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
-                   const FrontEndOptions& options)
-    : tracker_(options.klt), closed_form_(camera, cam_from_body, map, options.closed_form) {}
+struct FrontEnd::Impl {
+  KltTracker tracker;
+  ClosedFormEstimator closed_form;
+};
+
+FrontEnd::FrontEnd(const SetUp& set_up, const FrontEndOptions& options) {
+  const RigCamera& camera = set_up.rig.front();
+  impl_ = std::make_unique<Impl>(Impl{
+      KltTracker(options.klt),
+      ClosedFormEstimator(camera.camera, camera.cam_from_body, set_up.map, options.closed_form)});
+}
+
+FrontEnd::FrontEnd(FrontEnd&&) noexcept = default;
+FrontEnd& FrontEnd::operator=(FrontEnd&&) noexcept = default;
+FrontEnd::~FrontEnd() = default;
 
 FrameMeasurements FrontEnd::Process(int64_t t_ns, const std::vector<TagDetection>& tags,
                                     const cv::Mat& image) {
@@ -18,12 +35,12 @@ FrameMeasurements FrontEnd::Process(int64_t t_ns, const std::vector<TagDetection
 
 std::vector<TrackObservation> FrontEnd::Track(const std::vector<TagDetection>& tags,
                                               const cv::Mat& image) {
-  return tracker_.Track(image, tags);
+  return impl_->tracker.Track(image, tags);
 }
 
 ClosedForm FrontEnd::ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,
                                   const std::vector<TrackObservation>& tracks) {
-  return closed_form_.Update(t_ns, tags, tracks);
+  return impl_->closed_form.Update(t_ns, tags, tracks);
 }
 
 }  // namespace tagtwist

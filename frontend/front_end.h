@@ -1,14 +1,17 @@
 #pragma once
+#include <cstdint>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "frontend/closed_form.h"
-#include "frontend/flow/klt_tracker.h"
+#include "frontend/closed_form_options.h"
+#include "frontend/flow/klt_options.h"
 #include "frontend/tags/tag_detector.h"
-#include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
-#include "frontend/types/tag_map.h"
+#include "frontend/types/rig.h"
+
+namespace cv {
+class Mat;
+}
 
 namespace tagtwist {
 
@@ -25,8 +28,10 @@ struct FrontEndOptions {
 /// time them.
 class FrontEnd {
  public:
-  FrontEnd(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
-           const FrontEndOptions& options);
+  FrontEnd(const SetUp& set_up, const FrontEndOptions& options);
+  FrontEnd(FrontEnd&&) noexcept;
+  FrontEnd& operator=(FrontEnd&&) noexcept;
+  ~FrontEnd();
 
   /// Measurements of the next frame from its filtered tags and its image, which may be empty (no
   /// image, or a bad one): then there are no tracks and the open ones end.
@@ -37,8 +42,8 @@ class FrontEnd {
                           const std::vector<TrackObservation>& tracks);
 
  private:
-  KltTracker tracker_;
-  ClosedFormEstimator closed_form_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace tagtwist

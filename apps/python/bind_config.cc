@@ -190,12 +190,18 @@ void BindConfig(py::module_& module) {
   BindMapAndCamera(module);
   py::class_<Config>(module, "Config",
                      "Camera, mount, tag map and options of an estimate; from load_config().")
-      .def_readwrite("camera", &Config::camera, "tagtwist.Camera")
-      .def_readwrite("map", &Config::map, "tagtwist.TagMap")
       .def_property(
-          "cam_from_body", [](const Config& config) { return MatrixOf(config.cam_from_body); },
+          "camera", [](const Config& config) { return config.set_up.rig.front().camera; },
+          [](Config& config, const Camera& camera) { config.set_up.rig.front().camera = camera; },
+          "tagtwist.Camera")
+      .def_property(
+          "map", [](const Config& config) { return config.set_up.map; },
+          [](Config& config, const TagMap& map) { config.set_up.map = map; }, "tagtwist.TagMap")
+      .def_property(
+          "cam_from_body",
+          [](const Config& config) { return MatrixOf(config.set_up.rig.front().cam_from_body); },
           [](Config& config, const py::object& matrix) {
-            config.cam_from_body = PoseOfMatrix(matrix);
+            config.set_up.rig.front().cam_from_body = PoseOfMatrix(matrix);
           },
           "(4, 4): x_cam = R x_body + t")
       .def_property_readonly("options", &OptionsOf,

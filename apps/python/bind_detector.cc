@@ -8,7 +8,7 @@
 #include "estimator/online/config.h"
 #include "estimator/online/image_size.h"
 #include "frontend/front_end.h"
-#include "frontend/tags/find_tags.h"
+#include "frontend/tags/tag_finder.h"
 
 namespace tagtwist::python {
 namespace {
@@ -51,22 +51,20 @@ class Detector {
  public:
   explicit Detector(const Config& config)
       : config_(config),
-        detector_(TakeOrRaise(TagDetector::Create(config.map.family(), config.front_end.detector))),
-        refiner_(TakeOrRaise(CornerRefiner::Create(config.map, config.camera))) {}
+        finder_(TakeOrRaise(TagFinder::Create(config.set_up, config.front_end.detector))) {}
 
   std::vector<TagDetection> Detect(const py::object& image) {
     const cv::Mat gray = ToGrayImage(image);
-    if (const auto problem = ImageSizeProblem(gray, config_.camera)) throw Refusal(*problem);
+    if (const auto problem = ImageSizeProblem(gray, config_.set_up.rig.front().camera))
+      throw Refusal(*problem);
     const py::gil_scoped_release release;
     const std::lock_guard<std::mutex> lock(mutex_);  // one image at a time
-    return FindTags(gray, detector_, refiner_, config_.map, config_.camera,
-                    config_.front_end.detector);
+    return finder_.Find(gray);
   }
 
  private:
   Config config_;
-  TagDetector detector_;
-  CornerRefiner refiner_;
+  TagFinder finder_;
   std::mutex mutex_;
 };
 

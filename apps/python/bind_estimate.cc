@@ -55,7 +55,7 @@ py::dict ToNoise(const NoiseModel& noise) {
 EstimateArrays ToArrays(const Estimate& estimate, const std::vector<TruthSample>& truth) {
   EstimateArrays out;
   static_cast<StatesArrays&>(out) = ToStates(estimate.frames);
-  out.mode = estimate.mode;
+  out.mode = ToString(estimate.mode);
   if (!estimate.lagged.empty()) out.lagged = ToStates(estimate.lagged);
   out.noise = ToNoise(estimate.noise);
   out.reprojection_px = FromMatrix(Eigen::Map<const Eigen::VectorXd>(
@@ -107,13 +107,13 @@ EstimateArrays RunIt(Config config, const py::object& frames, bool sliding_windo
   PythonSource source = OpenFrames(frames, config, tracks || !use_detections, &run);
   run.detection = ToDetectionMode(detection, run);
   const std::string name = IsPath(frames) ? std::string(py::str(frames)) : "frames";
-  std::optional<Result<Estimate>> estimate;
+  std::optional<Result<RunResult>> result;
   {
     const py::gil_scoped_release release;
-    estimate = RunEstimate(name, &source, config, run);
+    result = RunEstimate(name, &source, config, run);
   }
   source.RethrowFailure();
-  return ToArrays(TakeOrRaise(std::move(*estimate)), source.ground_truth());
+  return ToArrays(TakeOrRaise(std::move(*result)).estimate, source.ground_truth());
 }
 
 constexpr const char* kEstimateDoc = R"(Estimates a whole recording: tagtwist_estimate as a call.

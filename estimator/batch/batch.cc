@@ -1,17 +1,27 @@
 #include "estimator/batch/batch.h"
 
+#include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "estimator/batch/batch_states.h"
 #include "estimator/batch/model_choice.h"
+#include "estimator/batch/steady_clock.h"
+#include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
+#include "estimator/graph/track_segments.h"
+#include "estimator/result/reprojection_tally.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/prior_power.h"
+#include "estimator/solve/smoother.h"
 #include "estimator/start/recording_start.h"
+#include "estimator/start/set_up_check.h"
+#include "estimator/start/tag_gate.h"
 #include "estimator/start/tags_at_stamp.h"
 #include "frontend/base/format_text.h"
 
@@ -32,43 +42,6 @@ Trajectory MakeTrajectory(Solution solution, const NoiseModel& noise) {
     }
   }
   return out;
-}
-
-// The state of each frame in the graph; -1 for frames that see nothing. Those need no state: the
-// trajectory between the others says all of them, and over a long gap a chain of states, tied by
-// nothing but the stiff motion prior, would be badly conditioned.
-std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
-                                const std::vector<TrackSegment>& segments) {
-  std::vector<bool> sees(frames.size());
-  for (size_t i = 0; i < frames.size(); ++i) sees[i] = !frames[i].tags.empty();
-  if (setup.options.use_tracks) {
-    for (const TrackSegment& segment : segments) {
-      for (int i = segment.first_frame; i <= segment.last_frame(); ++i) {
-        sees[static_cast<size_t>(i)] = true;
-      }
-    }
-  }
-  std::vector<int> state_of_frame;
-  int n_states = 0;
-  for (const bool has_state : sees) state_of_frame.push_back(has_state ? n_states++ : -1);
-  return state_of_frame;
-}
-
-// Frames with a state, taken from `frames`, and the segments counted in states.
-GraphInput InputOfStates(const std::vector<int>& state_of_frame,
-                         const std::vector<TrackSegment>& segments,
-                         std::vector<GraphFrame>* frames) {
-  GraphInput input;
-  for (size_t i = 0; i < frames->size(); ++i) {
-    if (state_of_frame[i] >= 0) input.frames.push_back(std::move((*frames)[i]));
-  }
-  for (const TrackSegment& segment : segments) {
-    const int state = state_of_frame[static_cast<size_t>(segment.first_frame)];
-    if (state < 0) continue;  // tracks are not used
-    input.segments.push_back(segment);
-    input.segments.back().first_frame = state;
-  }
-  return input;
 }
 
 // Covariances of all states; scaled by the prior's power where the prior's densities are learned.
@@ -103,13 +76,49 @@ std::string ClockText(const SteadyClock& clock) {
 
 }  // namespace
 
-BatchEstimator::BatchEstimator(EstimatorSetup setup)
-    : setup_(std::move(setup)),
-      segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}),
-      set_up_check_(setup_.map, setup_.camera),
-      gate_(setup_.map, setup_.camera) {}
+class BatchEstimator::Impl {
+ public:
+  explicit Impl(EstimatorSetup setup)
+      : setup_(std::move(setup)),
+        segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}),
+        set_up_check_(setup_.map, setup_.camera),
+        gate_(setup_.map, setup_.camera) {}
 
-void BatchEstimator::Add(FrameMeasurements measurement) {
+  void Add(FrameMeasurements measurement);
+  Result<Estimate> Solve() const;
+
+ private:
+  // Frames, without their tracks.
+  using Measurements = std::vector<FrameMeasurements>;
+
+  Result<Estimate> SolveFor(const Measurements& measurements) const;
+
+  // Solves and learns, again and again without the tags that the solution contradicts. Leaves in
+  // `input` the states and the tags that were used.
+  Result<Solution> SolveWithTrustedTags(const Measurements& measurements,
+                                        const std::vector<int>& state_of_frame, GraphInput* input,
+                                        NoiseModel* noise) const;
+  // The rows of all frames, from where the graph has them; of those that had no state in it (-1)
+  // from the trajectory.
+  void FillFrames(const Measurements& measurements, std::vector<GraphFrame> solved,
+                  const std::vector<int>& state_of_frame,
+                  const std::vector<StateCovariance>& covariances,
+                  const std::optional<SteadyClock>& clock, Estimate* out) const;
+  // How well the tags agree with that; their errors go to `out`.
+  TagAudit Audit(const Measurements& measurements, const std::vector<GraphFrame>& solved,
+                 const std::vector<int>& state_of_frame, Estimate* out) const;
+
+  EstimatorSetup setup_;
+  TrackSegmenter segmenter_;
+  SetUpCheck set_up_check_;
+  Status set_up_is_right_ = Ok();  // as far as the frames say
+  TagGate gate_;
+  Measurements measurements_;                            // without the tags that
+  std::map<size_t, std::vector<TagDetection>> refused_;  // the gate refused, by frame
+  std::vector<int> n_tracks_;
+};
+
+void BatchEstimator::Impl::Add(FrameMeasurements measurement) {
   segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
   n_tracks_.push_back(static_cast<int>(measurement.tracks.size()));
   measurement.tracks = {};
@@ -119,14 +128,16 @@ void BatchEstimator::Add(FrameMeasurements measurement) {
   measurements_.push_back(std::move(measurement));
 }
 
-Result<Solution> BatchEstimator::SolveWithTrustedTags(const std::vector<int>& state_of_frame,
-                                                      GraphInput* input, NoiseModel* noise) const {
+Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& measurements,
+                                                            const std::vector<int>& state_of_frame,
+                                                            GraphInput* input,
+                                                            NoiseModel* noise) const {
   const SolveOptions options{setup_.options.max_iterations};
   auto solution = SolveAndLearn(setup_, options, input, noise);
   if (!solution) return solution;
   std::vector<const std::vector<TagDetection>*> seen;  // in each state
   for (size_t i = 0; i < state_of_frame.size(); ++i) {
-    if (state_of_frame[i] >= 0) seen.push_back(&measurements_[i].tags);
+    if (state_of_frame[i] >= 0) seen.push_back(&measurements[i].tags);
   }
   // What is left out may have misled a start or hidden another fault: until nothing changes.
   constexpr int kMaxRounds = 4;
@@ -140,18 +151,12 @@ Result<Solution> BatchEstimator::SolveWithTrustedTags(const std::vector<int>& st
   return solution;
 }
 
-void BatchEstimator::TakeTagsAsOfStamps(double line_time_s,
-                                        const std::vector<FrameEstimate>& solved) {
-  for (size_t i = 0; i < measurements_.size(); ++i) {
-    std::vector<TagDetection>& tags = measurements_[i].tags;
-    tags = TagsAsOfStamp(setup_, line_time_s, solved[i].state, tags);
-  }
-}
-
-void BatchEstimator::FillFrames(std::vector<GraphFrame> solved,
-                                const std::vector<int>& state_of_frame,
-                                const std::vector<StateCovariance>& covariances,
-                                const std::optional<SteadyClock>& clock, BatchResult* out) const {
+void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
+                                      std::vector<GraphFrame> solved,
+                                      const std::vector<int>& state_of_frame,
+                                      const std::vector<StateCovariance>& covariances,
+                                      const std::optional<SteadyClock>& clock,
+                                      Estimate* out) const {
   const auto fill = [&](size_t i) {
     const int k = state_of_frame[i];
     GraphFrame& frame = solved[i];
@@ -164,16 +169,16 @@ void BatchEstimator::FillFrames(std::vector<GraphFrame> solved,
                 : StateCovariance(
                       at.covariance -
                       out->trajectory.covariances[static_cast<size_t>(k)].topLeftCorner<12, 12>());
-      at = *out->trajectory.At(measurements_[i].t_ns);
+      at = *out->trajectory.At(measurements[i].t_ns);
       at.covariance += calibration;
       if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);
     }
     const auto bound =
         PoseBound(setup_, out->noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
-    frame.t_ns = measurements_[i].t_ns;
+    frame.t_ns = measurements[i].t_ns;
     frame.state = at.state;
     out->frames[i] =
-        ToFrameEstimate(measurements_[i].closed_form, n_tracks_[i], frame, at.covariance);
+        ToFrameEstimate(measurements[i].closed_form, n_tracks_[i], frame, at.covariance);
     out->frames[i].pose_bound = bound;
   };
   out->frames.resize(solved.size());
@@ -182,13 +187,14 @@ void BatchEstimator::FillFrames(std::vector<GraphFrame> solved,
   });
 }
 
-TagAudit BatchEstimator::Audit(const std::vector<GraphFrame>& solved,
-                               const std::vector<int>& state_of_frame, BatchResult* out) const {
+TagAudit BatchEstimator::Impl::Audit(const Measurements& measurements,
+                                     const std::vector<GraphFrame>& solved,
+                                     const std::vector<int>& state_of_frame, Estimate* out) const {
   TagAudit audit;
   ReprojectionTally tally;
   for (size_t i = 0; i < solved.size(); ++i) {
     const GraphFrame& frame = solved[i];
-    std::vector<TagDetection> seen = measurements_[i].tags;
+    std::vector<TagDetection> seen = measurements[i].tags;
     const auto refused = refused_.find(i);
     if (refused != refused_.end()) {
       seen.insert(seen.end(), refused->second.begin(), refused->second.end());
@@ -204,12 +210,10 @@ TagAudit BatchEstimator::Audit(const std::vector<GraphFrame>& solved,
   return audit;
 }
 
-Result<BatchResult> BatchEstimator::Solve() const {
-  if (!set_up_is_right_) return set_up_is_right_.error();
-  if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
-  auto starts = StartFrames(setup_, measurements_);
+Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements) const {
+  auto starts = StartFrames(setup_, measurements);
   if (!starts) return starts.error();
-  BatchResult out;
+  Estimate out;
   out.noise = InitialNoise(setup_.options);
   const std::optional<SteadyClock> clock = ChooseClock(setup_, *starts, &out.noise);
   if (clock) TakeAtTimes(clock->t_ns, &*starts);
@@ -217,7 +221,7 @@ Result<BatchResult> BatchEstimator::Solve() const {
   const std::vector<int> state_of_frame = StatesOfFrames(setup_, *starts, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, segmenter_.segments(), &*starts);
   TrackTally tracks = TallyOf(input.segments);
-  auto solution = SolveWithTrustedTags(state_of_frame, &input, &out.noise);
+  auto solution = SolveWithTrustedTags(measurements, state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 
   const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
@@ -231,8 +235,8 @@ Result<BatchResult> BatchEstimator::Solve() const {
       frame.state = out.trajectory.At(frame.t_ns)->state;
     }
   }
-  const TagAudit audit = Audit(*starts, state_of_frame, &out);
-  FillFrames(std::move(*starts), state_of_frame, covariances, clock, &out);
+  const TagAudit audit = Audit(measurements, *starts, state_of_frame, &out);
+  FillFrames(measurements, std::move(*starts), state_of_frame, covariances, clock, &out);
   out.warnings = audit.Warnings();
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);
@@ -240,9 +244,38 @@ Result<BatchResult> BatchEstimator::Solve() const {
   return out;
 }
 
-Result<BatchResult> RunBatch(const EstimatorSetup& setup,
-                             const std::vector<FrameMeasurements>& measurements) {
-  BatchEstimator batch(setup);
+Result<Estimate> BatchEstimator::Impl::Solve() const {
+  if (!set_up_is_right_) return set_up_is_right_.error();
+  if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
+  auto out = SolveFor(measurements_);
+  if (!out || setup_.line_time_s == 0) return out;
+  Measurements of_stamps = measurements_;
+  for (size_t i = 0; i < of_stamps.size(); ++i) {
+    std::vector<TagDetection>& tags = of_stamps[i].tags;
+    tags = TagsAsOfStamp(setup_, out->frames[i].state, std::move(tags));
+  }
+  out = Estimate();  // its memory is for the next
+  return SolveFor(of_stamps);
+}
+
+BatchEstimator::BatchEstimator(const SetUp& set_up, const EstimatorOptions& options,
+                               ForRanges for_ranges) {
+  EstimatorSetup setup = MakeEstimatorSetup(set_up, options);
+  setup.for_ranges = std::move(for_ranges);
+  impl_ = std::make_unique<Impl>(std::move(setup));
+}
+
+BatchEstimator::BatchEstimator(BatchEstimator&&) noexcept = default;
+BatchEstimator& BatchEstimator::operator=(BatchEstimator&&) noexcept = default;
+BatchEstimator::~BatchEstimator() = default;
+
+void BatchEstimator::Add(FrameMeasurements measurement) { impl_->Add(std::move(measurement)); }
+
+Result<Estimate> BatchEstimator::Solve() const { return impl_->Solve(); }
+
+Result<Estimate> RunBatch(const SetUp& set_up, const EstimatorOptions& options,
+                          const std::vector<FrameMeasurements>& measurements) {
+  BatchEstimator batch(set_up, options);
   for (const FrameMeasurements& m : measurements) batch.Add(m);
   return batch.Solve();
 }

@@ -115,8 +115,7 @@ Result<CalibrationProblem> MakeCalibrationProblem(
     const CalibrationInput& input, const std::vector<FrameMeasurements>& measurements,
     const std::vector<TruthSample>& truth) {
   const RigCamera& camera = input.set_up.rig.front();
-  const EstimatorSetup setup =
-      MakeEstimatorSetup(camera.camera, camera.cam_from_body, input.set_up.map, input.estimator);
+  const EstimatorSetup setup = MakeEstimatorSetup(input.set_up, input.estimator);
   const auto starts = StartFrames(setup, measurements);
   if (!starts) return starts.error();
   CalibrationProblem out;

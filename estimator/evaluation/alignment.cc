@@ -146,4 +146,14 @@ Result<Alignment> EstimateAlignment(const PoseSeries& series, const std::vector<
   return out;
 }
 
+std::vector<TruthMatch> AlignedMatches(const PoseSeries& series,
+                                       const std::vector<TruthSample>& truth,
+                                       const Alignment& alignment, double max_truth_gap_s) {
+  auto matches = MatchTruth(series, truth, alignment.time_offset_s, max_truth_gap_s);
+  for (TruthMatch& m : matches) {
+    m.estimate = Transform(m.estimate, alignment.truth_from_world, alignment.body_from_marker);
+  }
+  return matches;
+}
+
 }  // namespace tagtwist

@@ -18,4 +18,9 @@ Pose AlignPositions(const std::vector<TruthMatch>& matches);
 Result<Alignment> EstimateAlignment(const PoseSeries& series, const std::vector<TruthSample>& truth,
                                     const AlignmentOptions& options);
 
+/// Estimates brought into the truth's frames, each with its truth.
+std::vector<TruthMatch> AlignedMatches(const PoseSeries& series,
+                                       const std::vector<TruthSample>& truth,
+                                       const Alignment& alignment, double max_truth_gap_s);
+
 }  // namespace tagtwist

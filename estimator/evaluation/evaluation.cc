@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <numeric>
 
+#include "estimator/evaluation/alignment.h"
 #include "estimator/evaluation/error_bound.h"
+#include "estimator/evaluation/truth_match.h"
 #include "frontend/base/chi_square.h"
 #include "frontend/types/nees.h"
 #include "frontend/types/so3.h"
@@ -167,16 +169,6 @@ ErrorStatistics Summarise(std::vector<double> norms) {
   out.median = 0.5 * (norms[(norms.size() - 1) / 2] + norms[norms.size() / 2]);
   out.max = norms.back();
   return out;
-}
-
-std::vector<TruthMatch> AlignedMatches(const PoseSeries& series,
-                                       const std::vector<TruthSample>& truth,
-                                       const Alignment& alignment, double max_truth_gap_s) {
-  auto matches = MatchTruth(series, truth, alignment.time_offset_s, max_truth_gap_s);
-  for (TruthMatch& m : matches) {
-    m.estimate = Transform(m.estimate, alignment.truth_from_world, alignment.body_from_marker);
-  }
-  return matches;
 }
 
 Result<Accuracy> Evaluate(const PoseSeries& series, const std::vector<TruthSample>& truth,

@@ -4,9 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "estimator/evaluation/alignment.h"
+#include "estimator/evaluation/alignment_types.h"
 #include "estimator/evaluation/pose_series.h"
-#include "estimator/evaluation/truth_match.h"
+#include "frontend/base/result.h"
+#include "frontend/types/body_state.h"
 
 namespace tagtwist {
 
@@ -60,11 +61,6 @@ struct Accuracy {
   std::optional<MeanNees> nees, nees_pose, nees_twist;  // 12, 6 and 6 degrees of freedom
   std::optional<BoundRatio> rmse_over_bound;            // where every frame has a covariance
 };
-
-/// Estimates brought into the truth's frames, each with its truth.
-std::vector<TruthMatch> AlignedMatches(const PoseSeries& series,
-                                       const std::vector<TruthSample>& truth,
-                                       const Alignment& alignment, double max_truth_gap_s);
 
 /// Judges a trajectory. The figures agree with the tool evo: ATE is its APE (translation part,
 /// angle in radians) after its alignment without scale, RPE its RPE over all pairs of frames. An

@@ -2,11 +2,10 @@
 #include <ceres/cost_function.h>
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <vector>
 
-#include "frontend/types/body_state.h"
+#include "estimator/graph/graph_state.h"
 
 namespace tagtwist {
 
@@ -16,31 +15,6 @@ struct BlockRef {
   Kind kind = Kind::kPose;
   int index = 0;  // into Graph::states, or Graph::points
 };
-
-/// Accelerations of a body, which the motion prior needs as states of their own: of its origin in
-/// W [m/s^2] and of its rate in B [rad/s^2].
-struct Acceleration {
-  Eigen::Vector3d a_world = Eigen::Vector3d::Zero();
-  Eigen::Vector3d alpha_body = Eigen::Vector3d::Zero();
-};
-
-/// A state as the solver holds it. Its error state, 18 entries: that of BodyState, then
-/// [a_world(3); alpha_body(3)].
-struct GraphState {
-  int64_t t_ns = 0;
-  Pose pose;  // world_from_body
-  Eigen::Matrix<double, 12, 1> rates =
-      Eigen::Matrix<double, 12, 1>::Zero();  // [v_world; omega_body; a_world; alpha_body]
-};
-GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration);
-BodyState ToBodyState(const GraphState& state);
-Acceleration ToAcceleration(const GraphState& state);
-/// A step in the error state of GraphState.
-using GraphStep = Eigen::Matrix<double, 18, 1>;
-/// state [+] step.
-GraphState Retract(const GraphState& state, const GraphStep& step);
-/// The step that leads from the reference to the state: state = reference [+] step.
-GraphStep Difference(const GraphState& state, const GraphState& reference);
 
 enum class FactorKind { kTag, kTrack, kMotion, kPrior };
 

@@ -205,9 +205,17 @@ void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {
   }
 }
 
-EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
-                                  const TagMap& map, const EstimatorOptions& options) {
-  return {camera, cam_from_body, map, options, FindTrackPlanes(map)};
+EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& options) {
+  const RigCamera& camera = set_up.rig.front();
+  EstimatorSetup out;
+  out.camera = camera.camera;
+  out.line_time_s = camera.line_time_s;
+  out.cam_from_body = camera.cam_from_body;
+  out.map = set_up.map;
+  out.options = options;
+  if (camera.line_time_s != 0) out.options.use_tracks = false;
+  out.planes = FindTrackPlanes(set_up.map);
+  return out;
 }
 
 }  // namespace tagtwist

@@ -10,13 +10,16 @@
 #include "frontend/base/for_ranges.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
+#include "frontend/types/rig.h"
 #include "frontend/types/tag_map.h"
 
 namespace tagtwist {
 
-/// What does not change during a run.
+/// What does not change during a run, as the solvers take it: BatchEstimator and SlidingWindow make
+/// it of the set-up and the options that they are given.
 struct EstimatorSetup {
   Camera camera;
+  double line_time_s = 0;  // of a rolling shutter (RigCamera)
   Pose cam_from_body;
   TagMap map;
   EstimatorOptions options;
@@ -24,9 +27,9 @@ struct EstimatorSetup {
   ForRanges for_ranges = InOneRange;  // how a batch does work that can be split
 };
 
-/// Finds the map's planes.
-EstimatorSetup MakeEstimatorSetup(const Camera& camera, const Pose& cam_from_body,
-                                  const TagMap& map, const EstimatorOptions& options);
+/// Finds the map's planes. Under a rolling shutter it is without tracks: nothing tells in which row
+/// their points were.
+EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& options);
 
 /// One frame as the graph takes it.
 struct GraphFrame {

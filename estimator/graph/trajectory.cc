@@ -13,7 +13,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Matrix6x9 = Eigen::Matrix<double, 6, 9>;
-constexpr int kSize = BlockBandedMatrix::kSize;
+constexpr int kSize = kBlockSize;
 
 // An axis of the result, mean = lambda first + psi second, with that much variance given both.
 struct Interpolator {

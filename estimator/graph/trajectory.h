@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/graph/graph.h"
-#include "estimator/linear/block_banded.h"
+#include "estimator/graph/graph_state.h"
+#include "estimator/linear/block.h"
 #include "frontend/types/body_state.h"
 #include "residuals/motion_prior.h"
 
@@ -20,9 +20,9 @@ struct StateAndCovariance {
 /// Gaussian process in continuous time, so that the trajectory is exact between the states,
 /// covariance included (Barfoot, State Estimation for Robotics, ch. 11; Anderson and Barfoot 2015).
 struct Trajectory {
-  std::vector<GraphState> states;                           // times strictly growing
-  std::vector<BlockBandedMatrix::Block> covariances;        // error state of GraphState
-  std::vector<BlockBandedMatrix::Block> cross_covariances;  // [k]: of state k + 1 (rows) with k
+  std::vector<GraphState> states;        // times strictly growing
+  std::vector<Block> covariances;        // error state of GraphState
+  std::vector<Block> cross_covariances;  // [k]: of state k + 1 (rows) with k
   MotionPrior linear, angular;
 
   /// State at any time from the first to the last; outside, the prior carries the end states on,

@@ -4,6 +4,7 @@
 
 #include "estimator/jobs/measurement_stream.h"
 #include "estimator/jobs/progress.h"
+#include "estimator/online/calibration_input.h"
 
 namespace tagtwist {
 

@@ -32,7 +32,7 @@ Result<Mapping> MapRecording(const MapJob& job, const Config& config) {
   Config any = config;
   auto all = AllTags(job.mapping, config.movable_tags);
   if (!all) return all.error();
-  any.map = std::move(*all);
+  any.set_up.map = std::move(*all);
   auto source =
       OpenDataSource(job.recording, {job.use_detections, !job.use_detections, {}, job.topic});
   if (!source) return source.error();
@@ -41,14 +41,14 @@ Result<Mapping> MapRecording(const MapJob& job, const Config& config) {
   options.threads = job.threads;
   const auto measurements = MeasureRecording("mapping", source->get(), any, options);
   if (!measurements) return measurements.error();
-  auto mapping = MapTags(config.camera, *measurements, job.mapping);
+  auto mapping = MapTags(config.set_up.rig.front().camera, *measurements, job.mapping);
   if (!mapping) return Error{job.recording + ": " + mapping.error().message};
   return mapping;
 }
 
 Result<Mapping> MapUnknownTags(MapJob job, const Config& config) {
-  job.mapping.known = config.map.tags();
-  job.mapping.family = config.map.family();
+  job.mapping.known = config.set_up.map.tags();
+  job.mapping.family = config.set_up.map.family();
   const double size_m = job.mapping.known.front().size_m;
   for (const Tag& tag : job.mapping.known) {
     if (job.mapping.tag_size_m > 0 || tag.size_m == size_m) continue;

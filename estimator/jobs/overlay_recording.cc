@@ -69,7 +69,8 @@ OverlayFrame FrameOf(const FrameEstimate& estimate, const Config& config, double
   out.tracks = std::move(measurements.tracks);
   out.text = StateText(estimate, t_s);
   if (estimate.status != FrameStatus::kNoFix) {
-    out.cam_from_world = config.cam_from_body * Inverse(estimate.state.world_from_body);
+    out.cam_from_world =
+        config.set_up.rig.front().cam_from_body * Inverse(estimate.state.world_from_body);
   }
   return out;
 }
@@ -91,7 +92,7 @@ Status WriteOverlay(const OverlayOptions& options, const Config& config, const E
   KeptImages images(source);
   auto stream = MeasurementStream::Create(&images, config, options.use_detections, options.threads);
   if (!stream) return stream.error();
-  OverlayDrawing drawing(config.camera, config.map);
+  OverlayDrawing drawing(config.set_up.rig.front().camera, config.set_up.map);
   std::unique_ptr<VideoFile> video;
   Progress progress("drawing", estimate.frames.size());
   for (size_t i = 0; i < estimate.frames.size(); ++i) {

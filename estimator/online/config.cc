@@ -31,9 +31,10 @@ Status TakeCamera(const std::string& path, const std::string& name, bool has_mou
                   Config* config) {
   const Result<CameraFile> file = ReadCameraFile(path, name);
   if (!file) return file.error();
-  config->camera = file->camera;
-  config->line_time_s = file->line_time_s;
-  if (!has_mount) config->cam_from_body = file->cam_from_body.value_or(Pose());
+  RigCamera& camera = config->set_up.rig.front();
+  camera.camera = file->camera;
+  camera.line_time_s = file->line_time_s;
+  if (!has_mount) camera.cam_from_body = file->cam_from_body.value_or(Pose());
   return Ok();
 }
 
@@ -42,9 +43,10 @@ Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
   std::string file, name;
   section("file", file);
   if (file.empty()) {
-    config->camera = Camera();
-    ReadCameraKeys(&section, &config->camera);
-    ReadLineTime(&section, &config->line_time_s);
+    RigCamera& camera = config->set_up.rig.front();
+    camera.camera = Camera();
+    ReadCameraKeys(&section, &camera.camera);
+    ReadLineTime(&section, &camera.line_time_s);
     return section.Finish();
   }
   section("name", name);
@@ -94,7 +96,7 @@ Status PassOverMovable(const std::string& file, Config* config) {
   if (ids.empty()) return Ok();
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  std::vector<Tag> left = config->map.tags();
+  std::vector<Tag> left = config->set_up.map.tags();
   left.erase(std::remove_if(left.begin(), left.end(),
                             [&](const Tag& tag) {
                               return std::binary_search(ids.begin(), ids.end(), tag.id);
@@ -104,7 +106,7 @@ Status PassOverMovable(const std::string& file, Config* config) {
     return Error{(file.empty() ? "" : file + ": ") +
                  "movable_tags: expected a tag of the map that stays, got none"};
   }
-  config->map = TagMap(config->map.family(), std::move(left));
+  config->set_up.map = TagMap(config->set_up.map.family(), std::move(left));
   return Ok();
 }
 
@@ -122,8 +124,8 @@ void ReadOptions(const char* name, YamlSection* sections, Options* options) {
 
 Config DefaultConfig() {
   Config config;
-  config.cam_from_body = CourseCamFromBody();
-  config.map = MakeTagMap(TagGrid());
+  config.set_up.rig.front().cam_from_body = CourseCamFromBody();
+  config.set_up.map = MakeTagMap(TagGrid());
   return config;
 }
 
@@ -146,13 +148,14 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   if (!files.camera_file.empty()) {
     sections.Keep(TakeCamera(files.camera_file, files.camera_name, mount != nullptr, &config));
   }
-  if (mount != nullptr) sections.Keep(ReadExtrinsic(*mount, &config.cam_from_body));
+  if (mount != nullptr)
+    sections.Keep(ReadExtrinsic(*mount, &config.set_up.rig.front().cam_from_body));
   const YamlValue* map_node = sections.Find("tag_map");
   if (map_node != nullptr || !files.map.path.empty()) {
     Result<TagMap> map =
         files.map.path.empty() ? ReadMapSection(*map_node) : ReadTagMapFile(files.map);
     if (map) {
-      config.map = std::move(*map);
+      config.set_up.map = std::move(*map);
     } else {
       sections.Keep(map.error());
     }
@@ -169,33 +172,6 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   if (Status status = sections.Finish(); !status) return status.error();
   if (Status status = PassOverMovable(files.config, &config); !status) return status.error();
   return config;
-}
-
-EstimatorSetup SetupOf(const Config& config) {
-  EstimatorOptions options = config.estimator;
-  if (config.line_time_s != 0) options.use_tracks = false;
-  return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
-}
-
-SetUp SetUpOf(const Config& config) {
-  SetUp out;
-  out.rig.front().camera = config.camera;
-  out.rig.front().line_time_s = config.line_time_s;
-  out.rig.front().cam_from_body = config.cam_from_body;
-  out.map = config.map;
-  return out;
-}
-
-Config WithSetUp(Config config, const SetUp& set_up) {
-  config.camera = set_up.rig.front().camera;
-  config.line_time_s = set_up.rig.front().line_time_s;
-  config.cam_from_body = set_up.rig.front().cam_from_body;
-  config.map = set_up.map;
-  return config;
-}
-
-CalibrationInput CalibrationInputOf(const Config& config) {
-  return {SetUpOf(config), config.estimator, config.calibration};
 }
 
 }  // namespace tagtwist

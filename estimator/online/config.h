@@ -2,26 +2,18 @@
 #include <string>
 #include <vector>
 
-#include "estimator/calibration/calibration.h"
 #include "estimator/calibration/options.h"
 #include "estimator/graph/estimator_options.h"
-#include "estimator/graph/graph_builder.h"
 #include "frontend/base/result.h"
 #include "frontend/front_end.h"
 #include "frontend/io/setup/tag_map_file.h"
-#include "frontend/types/camera.h"
-#include "frontend/types/pose.h"
 #include "frontend/types/rig.h"
-#include "frontend/types/tag_map.h"
 
 namespace tagtwist {
 
 /// All that a run is configured with.
 struct Config {
-  Camera camera;
-  double line_time_s = 0;  // of a rolling shutter: row v is taken line_time_s * v after the stamp
-  Pose cam_from_body;
-  TagMap map;                          // without the movable tags
+  SetUp set_up;                        // its map is without the movable tags
   std::vector<int> movable_tags = {};  // ids, ascending: they may be anywhere, and are passed over
   FrontEndOptions front_end;
   EstimatorOptions estimator;
@@ -30,15 +22,6 @@ struct Config {
 
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.
 Config DefaultConfig();
-
-/// A configuration's setup. Under a rolling shutter it is without tracks: nothing tells in which
-/// row their points were.
-EstimatorSetup SetupOf(const Config& config);
-
-/// A configuration's camera, mount and map as a set-up, and a configuration with another one.
-SetUp SetUpOf(const Config& config);
-Config WithSetUp(Config config, const SetUp& set_up);
-CalibrationInput CalibrationInputOf(const Config& config);
 
 /// Files that a run is configured from; an empty name: none.
 struct ConfigFiles {

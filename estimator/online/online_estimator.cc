@@ -1,69 +1,138 @@
 #include "estimator/online/online_estimator.h"
 
+#include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 
-#include "estimator/online/config.h"
+#include "estimator/online/guidance.h"
 #include "estimator/online/image_size.h"
-#include "estimator/online/online.h"
-#include "frontend/tags/find_tags.h"
+#include "estimator/online/measure_frame.h"
+#include "frontend/front_end.h"
+#include "frontend/tags/filter_tags.h"
+#include "frontend/tags/tag_finder.h"
+#include "frontend/tags/tag_follower.h"
 
 namespace tagtwist {
+namespace {
 
-Result<OnlineEstimator> OnlineEstimator::Create(const Config& config) {
-  const TagDetectorOptions& options = config.front_end.detector;
-  if (!options.refine_pattern) {
-    auto detector = TagDetector::Create(config.map.family(), options);
-    if (!detector) return detector.error();
-    return OnlineEstimator(config, std::nullopt, std::move(*detector));
+bool IsGuided(const Config& config, DetectionMode mode) {
+  if (mode != DetectionMode::kAuto) return mode == DetectionMode::kGuided;
+  return config.front_end.detector.refine_pattern;
+}
+
+}  // namespace
+
+struct OnlineEstimator::Impl {
+  Impl(const Config& with_config, const OnlineOptions& with_options)
+      : config(with_config),
+        options(with_options),
+        front_end(config.set_up, config.front_end),
+        window(config.set_up, config.estimator) {}
+
+  Status Check(int64_t t_ns, const cv::Mat& gray) const;
+  DetectedFrame Detect(int64_t t_ns, const cv::Mat& gray);
+  void Tell(FrameStage stage) const {
+    if (options.after_stage) options.after_stage(stage);
   }
-  auto follower = TagFollower::Create(config.map, config.camera, config.cam_from_body, options);
+  Result<WindowOutput> Solve(FrameMeasurements measurements);
+
+  Config config;
+  OnlineOptions options;
+  std::optional<TagFollower> follower;  // guided,
+  std::optional<TagFinder> finder;      // or not
+  FrontEnd front_end;
+  SlidingWindow window;
+  FrameMeasurements last;
+  bool has_frame = false;
+};
+
+Result<OnlineEstimator> OnlineEstimator::Create(const Config& config,
+                                                const OnlineOptions& options) {
+  if (!IsGuided(config, options.detection)) {
+    auto finder = TagFinder::Create(config.set_up, config.front_end.detector);
+    if (!finder) return finder.error();
+    auto impl = std::make_unique<Impl>(config, options);
+    impl->finder.emplace(std::move(*finder));
+    return OnlineEstimator(std::move(impl));
+  }
+  auto follower = TagFollower::Create(config.set_up, config.front_end.detector);
   if (!follower) return follower.error();
-  return OnlineEstimator(ForOnlineUse(config), std::move(*follower), std::nullopt);
+  auto impl = std::make_unique<Impl>(ForOnlineUse(config), options);
+  impl->follower.emplace(std::move(*follower));
+  return OnlineEstimator(std::move(impl));
 }
 
-OnlineEstimator::OnlineEstimator(const Config& config, std::optional<TagFollower> follower,
-                                 std::optional<TagDetector> detector)
-    : config_(config),
-      follower_(std::move(follower)),
-      detector_(std::move(detector)),
-      front_end_(config.camera, config.cam_from_body, config.map, config.front_end),
-      window_(SetupOf(config)) {
-  if (config.line_time_s != 0) undo_.emplace(SetupOf(config), config.line_time_s);
-}
+OnlineEstimator::OnlineEstimator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+OnlineEstimator::OnlineEstimator(OnlineEstimator&&) noexcept = default;
+OnlineEstimator& OnlineEstimator::operator=(OnlineEstimator&&) noexcept = default;
+OnlineEstimator::~OnlineEstimator() = default;
 
-Status OnlineEstimator::Check(int64_t t_ns, const cv::Mat& gray) const {
-  if (last_ns_ && t_ns <= *last_ns_) {
+bool OnlineEstimator::is_guided() const { return impl_->follower.has_value(); }
+
+Status OnlineEstimator::Impl::Check(int64_t t_ns, const cv::Mat& gray) const {
+  if (has_frame && t_ns <= last.t_ns) {
     return Error{"stamps must grow: " + std::to_string(t_ns) + " ns follows " +
-                 std::to_string(*last_ns_) + " ns"};
+                 std::to_string(last.t_ns) + " ns"};
   }
-  const auto problem = ImageSizeProblem(gray, config_.camera);
+  const auto problem = ImageSizeProblem(gray, config.set_up.rig.front().camera);
   return problem ? Status(Error{*problem}) : Ok();
 }
 
+DetectedFrame OnlineEstimator::Impl::Detect(int64_t t_ns, const cv::Mat& gray) {
+  DetectedFrame out;
+  out.t_ns = t_ns;
+  out.image = gray;
+  if (follower) {
+    out.tags = follower->Find(gray, PredictPose(window, t_ns), options.detection_time_up);
+    out.cut_short = follower->was_cut_short();
+  } else {
+    out.tags = finder->Find(gray);
+  }
+  Tell(FrameStage::kDetect);
+  return out;
+}
+
+Result<WindowOutput> OnlineEstimator::Impl::Solve(FrameMeasurements measurements) {
+  last = std::move(measurements);
+  has_frame = true;
+  auto out = window.Add(last, options.solve_time_up);
+  Tell(FrameStage::kSolve);
+  return out;
+}
+
 Result<WindowOutput> OnlineEstimator::AddImage(int64_t t_ns, const cv::Mat& gray) {
-  if (!follower_) return AddTags(t_ns, detector_->Detect(gray), gray);
-  if (const auto fine = Check(t_ns, gray); !fine) return fine.error();
-  return Add(t_ns, follower_->Find(gray, PredictPose(window_, t_ns)), gray);
+  if (const auto fine = impl_->Check(t_ns, gray); !fine) return fine.error();
+  DetectedFrame detected = impl_->Detect(t_ns, gray);
+  return impl_->Solve(MeasureFrame(std::move(detected), impl_->options, &impl_->front_end));
+}
+
+Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<TagDetection>& tags) {
+  return AddTags(t_ns, tags, cv::Mat());
 }
 
 Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<TagDetection>& tags,
                                               const cv::Mat& gray) {
-  if (const auto fine = Check(t_ns, gray); !fine) return fine.error();
-  const double border_px = config_.front_end.detector.border_px;
-  return Add(t_ns, FilterTags(tags, config_.map, config_.camera, border_px), gray);
+  if (const auto fine = impl_->Check(t_ns, gray); !fine) return fine.error();
+  const Config& config = impl_->config;
+  DetectedFrame detected;
+  detected.t_ns = t_ns;
+  detected.image = gray;
+  detected.tags = FilterTags(tags, config.set_up.map, config.set_up.rig.front().camera,
+                             config.front_end.detector.border_px);
+  impl_->Tell(FrameStage::kDetect);
+  return impl_->Solve(MeasureFrame(std::move(detected), impl_->options, &impl_->front_end));
 }
 
-Result<WindowOutput> OnlineEstimator::Add(int64_t t_ns, const std::vector<TagDetection>& tags,
-                                          const cv::Mat& gray) {
-  last_ns_ = t_ns;
-  FrameMeasurements measurements = front_end_.Process(t_ns, tags, gray);
-  if (undo_) {
-    auto undone = undo_->AsOfStamp(std::move(measurements));
-    if (!undone) return undone.error();
-    measurements = std::move(*undone);
-  }
-  return window_.Add(measurements);
+Result<WindowOutput> OnlineEstimator::AddMeasurements(FrameMeasurements measurements) {
+  if (const auto fine = impl_->Check(measurements.t_ns, cv::Mat()); !fine) return fine.error();
+  return impl_->Solve(std::move(measurements));
 }
+
+const FrameMeasurements& OnlineEstimator::measurements() const { return impl_->last; }
+
+std::vector<FrameEstimate> OnlineEstimator::Finish() { return impl_->window.Finish(); }
+
+const SlidingWindow& OnlineEstimator::window() const { return impl_->window; }
 
 }  // namespace tagtwist

@@ -9,7 +9,7 @@ namespace tagtwist {
 inline DataSourceOptions RecordingOptions(const Config& config, bool use_detections,
                                           bool read_images) {
   DataSourceOptions options{use_detections, read_images, config.movable_tags};
-  for (const Tag& tag : config.map.tags()) options.known_tag_ids.push_back(tag.id);
+  for (const Tag& tag : config.set_up.map.tags()) options.known_tag_ids.push_back(tag.id);
   return options;
 }
 

@@ -5,20 +5,21 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "estimator/calibration/calibration.h"
+#include "estimator/calibration/gyro_alignment.h"
+#include "estimator/calibration/mapping.h"
 #include "estimator/report/files/calibration_config.h"
 #include "estimator/report/files/calibration_json.h"
 #include "estimator/report/files/mapping_text.h"
 #include "estimator/report/files/states_csv.h"
+#include "estimator/report/files/summary_json.h"
 #include "estimator/report/html/report.h"
+#include "estimator/report/result_set.h"
+#include "frontend/base/files/file_set.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist {
 namespace {
-
-const std::vector<std::string> kAllNames = {
-    "closed_form.tum",  "optimised.tum",           "states.csv",       "states_lagged.csv",
-    "ground_truth.tum", "ground_truth_states.csv", "summary.json",     "report.html",
-    "covariance.csv",   "covariance_lagged.csv",   "calibration.yaml", "map.yaml"};
 
 Pose WithPositiveW(const Pose& pose) {
   Pose out = pose;
@@ -137,19 +138,6 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
 
 }  // namespace
 
-OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
-  OutputSet out{folder, {}, kAllNames, {"states.csv", "summary.json", "report.html"}};
-  for (const std::string& name : kAllNames) {
-    const bool lagged = name.find("_lagged") != std::string::npos;
-    const bool covariance = name.rfind("covariance", 0) == 0;
-    if ((lagged && !kinds.window) || (covariance && !kinds.covariance)) continue;
-    if (name == "calibration.yaml" && !kinds.calibration) continue;
-    if (name == "map.yaml" && !kinds.mapping) continue;
-    out.written.push_back(name);
-  }
-  return out;
-}
-
 Status WriteResults(const std::string& folder, const Estimate& estimate,
                     const ResultContext& context) {
   auto set = FileSet::Begin(folder);
@@ -157,7 +145,7 @@ Status WriteResults(const std::string& folder, const Estimate& estimate,
   for (const auto& [name, text] : Writers(estimate, context)) {
     if (auto added = (*set)->Add(name, text(estimate, context)); !added) return added;
   }
-  std::vector<std::string> obsolete = kAllNames;
+  std::vector<std::string> obsolete = ResultNames();
   for (const std::string& name : context.kept) {
     obsolete.erase(std::remove(obsolete.begin(), obsolete.end(), name), obsolete.end());
   }

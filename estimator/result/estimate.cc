@@ -16,4 +16,8 @@ const char* ToString(FrameStatus status) {
   return "";
 }
 
+const char* ToString(EstimateMode mode) {
+  return mode == EstimateMode::kBatch ? "batch" : "sliding_window";
+}
+
 }  // namespace tagtwist

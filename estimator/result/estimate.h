@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "estimator/graph/noise_model.h"
-#include "estimator/result/reprojection_tally.h"
+#include "estimator/graph/trajectory.h"
+#include "estimator/result/reprojection_errors.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
@@ -32,30 +33,19 @@ struct FrameEstimate {
   int n_tags = 0, n_tracks = 0;
 };
 
-/// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode
-/// optimise_ms has one entry: the whole solve.
-struct StageTimes {
-  std::vector<double> detect_ms, track_ms, seed_ms, optimise_ms, frame_ms;
-};
+enum class EstimateMode { kBatch, kSlidingWindow };
+const char* ToString(EstimateMode mode);  // "batch", "sliding_window"
 
-/// A run whose frames came when they came.
-struct LiveRun {
-  size_t frames_dropped = 0;       // came while others waited
-  std::vector<double> latency_ms;  // from stamp to state, one a frame
-};
-
-/// The result of a run.
+/// What was estimated, by a batch or by a sliding window.
 struct Estimate {
-  std::string mode;                   // "batch" or "sliding_window"
+  EstimateMode mode = EstimateMode::kBatch;
   std::vector<FrameEstimate> frames;  // one a frame; in window mode known at the frame's arrival
   std::vector<FrameEstimate> lagged;  // window mode: the same frames at the window's lag
+  Trajectory trajectory;              // batch: to ask between the frames
   NoiseModel noise;
   std::vector<double> reprojection_px;     // every corner's distance from its prediction [px]
   ReprojectionErrorsByPlace reprojection;  // window mode: at the window's lag
-  StageTimes times;
-  std::optional<LiveRun> live;
-  std::optional<double> deadline_ms;  // of a frame, where there was one
-  std::vector<std::string> warnings;  // one line each, for the person who runs it
+  std::vector<std::string> warnings;       // one line each, for the person who runs it
 };
 
 }  // namespace tagtwist

@@ -4,8 +4,8 @@
 
 namespace tagtwist {
 
-std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, double line_time_s,
-                                        const BodyState& at_stamp, std::vector<TagDetection> tags) {
+std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const BodyState& at_stamp,
+                                        std::vector<TagDetection> tags) {
   const auto project = [&](const BodyState& state, const Eigen::Vector3d& corner,
                            Eigen::Vector2d* pixel) {
     return setup.camera.Project(setup.cam_from_body * (Inverse(state.world_from_body) * corner),
@@ -15,7 +15,7 @@ std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, double line
     if (setup.map.Find(tag.id) == nullptr) continue;
     const auto& corners = setup.map.CornersInWorld(tag.id);
     for (size_t c = 0; c < 4; ++c) {
-      const BodyState at_row = Predict(at_stamp, line_time_s * tag.corners[c].y());
+      const BodyState at_row = Predict(at_stamp, setup.line_time_s * tag.corners[c].y());
       Eigen::Vector2d then, later;
       if (!project(at_stamp, corners[c], &then) || !project(at_row, corners[c], &later)) continue;
       tag.corners[c] += then - later;

@@ -12,7 +12,7 @@ namespace tagtwist {
 /// and line_time_s * v later, v its row, the body carried on by its twist. What the twist is off by
 /// stays in the corners: 1 cm/s over 10 ms is 0.1 mm. Tags that the map lacks, and corners behind
 /// the camera, stay as they are.
-std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, double line_time_s,
-                                        const BodyState& at_stamp, std::vector<TagDetection> tags);
+std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const BodyState& at_stamp,
+                                        std::vector<TagDetection> tags);
 
 }  // namespace tagtwist

@@ -17,7 +17,7 @@ constexpr std::array<int, 2> kLinear = {3, 6}, kAngular = {0, 9};
 
 }  // namespace
 
-void PredictionCheck::Add(const GraphState& state, const BlockBandedMatrix::Block& covariance,
+void PredictionCheck::Add(const GraphState& state, const Block& covariance,
                           const MotionPrior& linear, const MotionPrior& angular) {
   if (!states_.empty() && ToSeconds(state.t_ns - states_.back().t_ns) < kSpacingS) return;
   const BodyState found = ToBodyState(state);

@@ -22,8 +22,8 @@ class PredictionCheck {
   };
 
   /// A smoothed state that has measurements around it. Stamps must grow.
-  void Add(const GraphState& state, const BlockBandedMatrix::Block& covariance,
-           const MotionPrior& linear, const MotionPrior& angular);
+  void Add(const GraphState& state, const Block& covariance, const MotionPrior& linear,
+           const MotionPrior& angular);
   /// For a state gap_s from the last measurement: linear in the horizon between those that were
   /// seen, and on like its square beyond, as for a constant error of the acceleration's slope.
   Inflation At(double gap_s) const;

@@ -4,15 +4,15 @@
 
 namespace tagtwist {
 
-RollingShutterUndo::RollingShutterUndo(const EstimatorSetup& setup, double line_time_s)
-    : setup_(setup), line_time_s_(line_time_s), as_seen_(setup) {}
+RollingShutterUndo::RollingShutterUndo(const EstimatorSetup& setup)
+    : setup_(setup), as_seen_(setup) {}
 
 Result<FrameMeasurements> RollingShutterUndo::AsOfStamp(FrameMeasurements measurement,
                                                         const TimeUp& time_up) {
   const auto seen = as_seen_.Add(measurement, time_up);
   if (!seen) return seen.error();
   if (seen->current.status == FrameStatus::kNoFix) return measurement;
-  measurement.tags = TagsAsOfStamp(setup_, line_time_s_, seen->current.state, measurement.tags);
+  measurement.tags = TagsAsOfStamp(setup_, seen->current.state, measurement.tags);
   return measurement;
 }
 

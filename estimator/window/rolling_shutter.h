@@ -1,6 +1,6 @@
 #pragma once
 #include "estimator/graph/graph_builder.h"
-#include "estimator/window/sliding_window.h"
+#include "estimator/window/fixed_lag_smoother.h"
 #include "frontend/base/result.h"
 #include "frontend/base/time_up.h"
 #include "frontend/types/measurements.h"
@@ -13,14 +13,13 @@ namespace tagtwist {
 /// themselves, and run away.
 class RollingShutterUndo {
  public:
-  RollingShutterUndo(const EstimatorSetup& setup, double line_time_s);
+  explicit RollingShutterUndo(const EstimatorSetup& setup);
   /// Stamps must grow. As it is where there is no state.
   Result<FrameMeasurements> AsOfStamp(FrameMeasurements measurement, const TimeUp& time_up = {});
 
  private:
   EstimatorSetup setup_;
-  double line_time_s_ = 0;
-  SlidingWindow as_seen_;
+  FixedLagSmoother as_seen_;
 };
 
 }  // namespace tagtwist

@@ -7,30 +7,10 @@
 
 #include "frontend/simulation/image_optics.h"
 #include "frontend/simulation/rasteriser.h"
+#include "frontend/simulation/renderer_options.h"
 #include "frontend/simulation/scene.h"
 
 namespace tagtwist {
-
-struct RendererOptions {
-  SceneOptions scene;
-  int supersampling = 4;    // samples along a pixel's side, 1 to 16
-  double blur_px = 0.5;     // Gaussian defocus, standard deviation, >= 0
-  double vignetting = 0.2;  // share of light lost in the image's corners, 0 to 1
-  double gradient = 0.2;    // illumination from one side of the image to the other, 0 to 1
-  double gradient_direction_rad = 0;  // where it brightens: 0 to the right, pi/2 downwards
-  double noise_grey = 2.0;            // sensor noise, standard deviation in grey levels, >= 0
-  std::optional<std::string> Problem() const;
-
-  template <typename Self, typename Visitor>
-  static void VisitFields(Self& self, Visitor&& visit) {
-    visit("supersampling", self.supersampling);
-    visit("blur_px", self.blur_px);
-    visit("vignetting", self.vignetting);
-    visit("gradient", self.gradient);
-    visit("gradient_direction_rad", self.gradient_direction_rad);
-    visit("noise_grey", self.noise_grey);
-  }
-};
 
 /// Draws what the camera sees of a scene. Immutable: Render may be called from several threads, and
 /// its bytes depend on its arguments and the options alone.

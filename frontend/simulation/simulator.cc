@@ -10,6 +10,7 @@
 #include "frontend/base/number_text.h"
 #include "frontend/base/option_check.h"
 #include "frontend/base/random_stream.h"
+#include "frontend/simulation/renderer.h"
 
 namespace tagtwist {
 namespace {
@@ -100,25 +101,29 @@ std::optional<std::string> SimulatorOptions::Problem() const {
   return std::nullopt;
 }
 
-Result<Simulator> Simulator::Make(const Camera& camera, const Pose& cam_from_body,
-                                  const TagMap& map, const SplineTrajectory& trajectory,
+struct Simulator::Impl {
+  Renderer renderer;
+};
+
+Result<Simulator> Simulator::Make(const SetUp& set_up, const SplineTrajectory& trajectory,
                                   const SimulatorOptions& options) {
   if (const auto problem = options.Problem()) return Error{*problem};
-  for (const Tag& tag : map.tags()) {
+  for (const Tag& tag : set_up.map.tags()) {
     if (!options.images || tag.bend_m == 0) continue;
     return Error{"tag " + std::to_string(tag.id) +
                  ": bend_m: expected 0 with images, which are drawn of plane tags"};
   }
   RendererOptions look = options.renderer;
   look.scene.random_seed = options.random_seed;
-  auto renderer = Renderer::Make(camera, map, look);
+  auto renderer = Renderer::Make(set_up.rig.front().camera, set_up.map, look);
   if (!renderer) return renderer.error();
-  return Simulator(std::move(*renderer), cam_from_body, map, trajectory, options);
+  return Simulator(std::make_shared<const Impl>(Impl{std::move(*renderer)}),
+                   set_up.rig.front().cam_from_body, set_up.map, trajectory, options);
 }
 
-Simulator::Simulator(Renderer renderer, const Pose& cam_from_body, const TagMap& map,
+Simulator::Simulator(std::shared_ptr<const Impl> impl, const Pose& cam_from_body, const TagMap& map,
                      const SplineTrajectory& trajectory, const SimulatorOptions& options)
-    : renderer_(std::move(renderer)),
+    : impl_(std::move(impl)),
       cam_from_body_(cam_from_body),
       map_(map),
       trajectory_(trajectory),
@@ -146,7 +151,7 @@ std::vector<Pose> Simulator::ExposurePoses(int64_t t_ns) const {
   }
   const double turn = begin.rotation().angularDistance(end.rotation());
   const double shift = (end.translation() - begin.translation()).norm() / nearest_m;
-  const double motion_px = renderer_.camera().fx * (turn + shift);
+  const double motion_px = impl_->renderer.camera().fx * (turn + shift);
   const int count =
       static_cast<int>(std::clamp(std::ceil(motion_px / kBlurStepPx), 1.0, 1.0 * kMostSubFrames));
   std::vector<Pose> out;
@@ -165,11 +170,11 @@ std::vector<TagDetection> Simulator::FindVisibleTags(int64_t t_ns) const {
     const int64_t at_ns = t_ns + std::llround(1e9 * after_s);
     return Inverse(WorldFromCam(std::clamp(at_ns, trajectory_.first_ns(), trajectory_.last_ns())));
   };
-  const Scene& scene = renderer_.scene();
+  const Scene& scene = impl_->renderer.scene();
   const std::vector<Patch> occluders = scene.OccludersAt(ToSeconds(t_ns));
   for (size_t i = 0; i < map_.tags().size(); ++i) {
     const Tag& tag = map_.tags()[i];
-    const auto seen = ProjectTag(renderer_.camera(), options_.line_time_s, tag,
+    const auto seen = ProjectTag(impl_->renderer.camera(), options_.line_time_s, tag,
                                  map_.CornersInWorld(tag.id), cam_from_world_after);
     if (!seen || ShortestSide(*seen) < options_.min_tag_side_px) continue;
     const Patch& paper = scene.tags()[i];
@@ -213,7 +218,7 @@ SimulatedFrame Simulator::MakeFrame(uint64_t index, int64_t t_ns) const {
   Disturb(index, &out.detections);
   if (options_.images) {
     out.image =
-        renderer_.Render(ExposurePoses(t_ns), ToSeconds(t_ns), index, TagsAreHiddenAt(t_ns));
+        impl_->renderer.Render(ExposurePoses(t_ns), ToSeconds(t_ns), index, TagsAreHiddenAt(t_ns));
   }
   return out;
 }

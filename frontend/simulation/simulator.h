@@ -1,13 +1,16 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "frontend/simulation/renderer.h"
+#include "frontend/base/result.h"
+#include "frontend/simulation/renderer_options.h"
 #include "frontend/simulation/spline_trajectory.h"
 #include "frontend/types/measurements.h"
+#include "frontend/types/rig.h"
 
 namespace tagtwist {
 
@@ -59,8 +62,8 @@ struct SimulatedFrame {
 /// and in any order, and its bytes depend on its arguments and the options alone.
 class Simulator {
  public:
-  static Result<Simulator> Make(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
-                                const SplineTrajectory& trajectory,
+  /// The shutter is that of the options, not the set-up's.
+  static Result<Simulator> Make(const SetUp& set_up, const SplineTrajectory& trajectory,
                                 const SimulatorOptions& options);
 
   /// Frame number `index` (it picks the noise) at a stamp within the trajectory.
@@ -75,14 +78,15 @@ class Simulator {
   std::vector<TagDetection> FindVisibleTags(int64_t t_ns) const;
 
  private:
-  Simulator(Renderer renderer, const Pose& cam_from_body, const TagMap& map,
+  struct Impl;
+  Simulator(std::shared_ptr<const Impl> impl, const Pose& cam_from_body, const TagMap& map,
             const SplineTrajectory& trajectory, const SimulatorOptions& options);
   Pose WorldFromCam(int64_t t_ns) const;
   bool TagsAreHiddenAt(int64_t t_ns) const;
   std::vector<Pose> ExposurePoses(int64_t t_ns) const;
   void Disturb(uint64_t index, std::vector<TagDetection>* detections) const;
 
-  Renderer renderer_;
+  std::shared_ptr<const Impl> impl_;
   Pose cam_from_body_;
   TagMap map_;
   SplineTrajectory trajectory_;

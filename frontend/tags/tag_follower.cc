@@ -15,32 +15,28 @@ constexpr size_t kEnoughTags = 4;  // to guide to all others in the next image
 
 }  // namespace
 
-Result<TagFollower> TagFollower::Create(const TagMap& map, const Camera& camera,
-                                        const Pose& cam_from_body,
-                                        const TagDetectorOptions& options) {
-  auto full = TagDetector::Create(map.family(), options);
+Result<TagFollower> TagFollower::Create(const SetUp& set_up, const TagDetectorOptions& options) {
+  auto full = TagDetector::Create(set_up.map.family(), options);
   if (!full) return full.error();
   TagDetectorOptions plain_options = options;  // what takes less time, and misses small tags
   plain_options.upscale = 1;
   plain_options.decimate = 1;
-  auto plain = TagDetector::Create(map.family(), plain_options);
+  auto plain = TagDetector::Create(set_up.map.family(), plain_options);
   if (!plain) return plain.error();
-  auto refiner = CornerRefiner::Create(map, camera);
+  auto refiner = CornerRefiner::Create(set_up.map, set_up.rig.front().camera);
   if (!refiner) return refiner.error();
-  return TagFollower(map, camera, cam_from_body, options, std::move(*full), std::move(*plain),
-                     std::move(*refiner));
+  return TagFollower(set_up, options, std::move(*full), std::move(*plain), std::move(*refiner));
 }
 
-TagFollower::TagFollower(const TagMap& map, const Camera& camera, const Pose& cam_from_body,
-                         const TagDetectorOptions& options, TagDetector full, TagDetector plain,
-                         CornerRefiner refiner)
-    : map_(map),
-      camera_(camera),
+TagFollower::TagFollower(const SetUp& set_up, const TagDetectorOptions& options, TagDetector full,
+                         TagDetector plain, CornerRefiner refiner)
+    : map_(set_up.map),
+      camera_(set_up.rig.front().camera),
       border_px_(options.border_px),
       full_detector_(std::move(full)),
       plain_detector_(std::move(plain)),
       refiner_(std::move(refiner)),
-      guided_(camera, cam_from_body, map, options.border_px) {}
+      guided_(camera_, set_up.rig.front().cam_from_body, map_, options.border_px) {}
 
 std::vector<TagDetection> TagFollower::Find(const cv::Mat& gray,
                                             const std::optional<PosePrediction>& prediction,

@@ -9,6 +9,7 @@
 #include "frontend/tags/tag_detector.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
+#include "frontend/types/rig.h"
 #include "frontend/types/tag_map.h"
 
 namespace tagtwist {
@@ -17,8 +18,7 @@ namespace tagtwist {
 /// searching the image where DetectionPolicy says so.
 class TagFollower {
  public:
-  static Result<TagFollower> Create(const TagMap& map, const Camera& camera,
-                                    const Pose& cam_from_body, const TagDetectorOptions& options);
+  static Result<TagFollower> Create(const SetUp& set_up, const TagDetectorOptions& options);
 
   /// Tags of the next image (8-bit gray; an empty one has none), sorted by id. Where the time may
   /// be up the image is not searched as a whole, but part by part, at least one, and the next image
@@ -30,9 +30,8 @@ class TagFollower {
   bool was_cut_short() const { return was_cut_short_; }
 
  private:
-  TagFollower(const TagMap& map, const Camera& camera, const Pose& cam_from_body,
-              const TagDetectorOptions& options, TagDetector full, TagDetector plain,
-              CornerRefiner refiner);
+  TagFollower(const SetUp& set_up, const TagDetectorOptions& options, TagDetector full,
+              TagDetector plain, CornerRefiner refiner);
   std::vector<TagDetection> SearchAll(const cv::Mat& gray, const TimeUp& time_up);
   std::vector<TagDetection> SearchParts(const cv::Mat& gray, const TimeUp& time_up);
   std::vector<TagDetection> SearchPart(const cv::Mat& gray, const Eigen::AlignedBox2d& part,

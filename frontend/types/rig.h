@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "frontend/types/camera.h"
@@ -29,5 +30,14 @@ struct SetUp {
   Rig rig;
   TagMap map;
 };
+
+/// Of one camera, its shutter global.
+inline SetUp MakeSetUp(const Camera& camera, const Pose& cam_from_body, TagMap map) {
+  SetUp out;
+  out.rig.front().camera = camera;
+  out.rig.front().cam_from_body = cam_from_body;
+  out.map = std::move(map);
+  return out;
+}
 
 }  // namespace tagtwist

@@ -150,7 +150,8 @@ TEST(Bounds, HalfTheNoiseGainsWhatTheReportSays) {
     ErrorBound bounds[2];
     for (const int half : {0, 1}) {
       model.corner_sigma_px = half == 1 ? 0.075 : 0.15;
-      const auto result = RunBatch(CourseSetup(GivenNoise(model)), DrawFlight(model).measurements);
+      const auto result =
+          RunBatch(CourseSetUp(), GivenNoise(model), DrawFlight(model).measurements);
       ASSERT_TRUE(result) << result.error().message;
       std::vector<StateCovariance> inner;  // away from the ends
       for (size_t i = 80; i < 120; ++i) inner.push_back(result->frames[i].covariance);

@@ -83,7 +83,7 @@ TEST(Calibration, BendsAreAppliedAndWrittenWhereTheyHelp) {
     EXPECT_NEAR(bends[i].bend_m, flight.truth.tags[i].bend_m, 4 * bends[i].sigma_m);
     const int id = bends[i].id;
     for (size_t c = 0; c < 4; ++c) {
-      const Eigen::Vector3d &read = config->map.CornersInWorld(id)[c],
+      const Eigen::Vector3d &read = config->set_up.map.CornersInWorld(id)[c],
                             &written = result->set_up.map.CornersInWorld(id)[c];
       EXPECT_LT((read - written).norm(), 1e-12);
     }
@@ -98,7 +98,7 @@ TEST(Calibration, AppliedMapIsTheScaledOneInTheTruthsWorld) {
   CalibrationState state = flight.truth;
   state.log_scale = 0.3;
   state.truth_from_world = MakePose(Eigen::Quaterniond(0.8, 0, 0.6, 0), {1, 2, 3});
-  const auto applied = Apply(SetUpOf(flight.config), state);
+  const auto applied = Apply(flight.config.set_up, state);
   for (const Tag& tag : state.tags) {
     EXPECT_GT(std::abs(tag.bend_m), 1e-6);
     const auto corners = TagCornersInWorld(tag);
@@ -174,9 +174,9 @@ TEST(Calibration, LineTimeIsAppliedAndWrittenWhereItHelps) {
   const auto config = LoadConfig(folder / "calibration.yaml");
   ASSERT_TRUE(config) << config.error().message;
   const double sigma = result->sigma(LayoutOf(flight.truth).line_time());
-  EXPECT_NEAR(config->line_time_s, -4e-5, 3.5 * sigma);
+  EXPECT_NEAR(config->set_up.rig.front().line_time_s, -4e-5, 3.5 * sigma);
   EXPECT_LT(sigma, 2e-5);
-  EXPECT_EQ(config->line_time_s, result->refined.line_time_s);
+  EXPECT_EQ(config->set_up.rig.front().line_time_s, result->refined.line_time_s);
 }
 
 }  // namespace

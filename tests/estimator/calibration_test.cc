@@ -121,7 +121,7 @@ TEST(SlowCalibration, WhatDoesNotHelpUnseenFramesIsNotApplied) {
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_TRUE(result->validation.applied().empty());
   EXPECT_EQ(result->change.norm(), 0);
-  EXPECT_EQ(result->refined.camera.fx, flight.config.camera.fx);
+  EXPECT_EQ(result->refined.camera.fx, flight.config.set_up.rig.front().camera.fx);
   EXPECT_TRUE(Says(CalibrationText(*result), "tag poses and print scale: not applied"));
 }
 
@@ -158,12 +158,15 @@ TEST(SlowCalibration, ConfigurationReadsBack) {
             FormatCalibrationConfig(*result, OptionsText(flight.config)));
   const auto config = LoadConfig(folder / "calibration.yaml");
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_EQ(LensDifference(config->camera, result->set_up.rig.front().camera).norm(), 0);
-  EXPECT_NE(config->camera.fx, flight.config.camera.fx);
-  EXPECT_EQ(config->cam_from_body.params, result->set_up.rig.front().cam_from_body.params);
-  ASSERT_EQ(config->map.tags().size(), result->set_up.map.tags().size());
-  for (size_t i = 0; i < config->map.tags().size(); ++i) {
-    const Tag &read = config->map.tags()[i], &written = result->set_up.map.tags()[i];
+  EXPECT_EQ(
+      LensDifference(config->set_up.rig.front().camera, result->set_up.rig.front().camera).norm(),
+      0);
+  EXPECT_NE(config->set_up.rig.front().camera.fx, flight.config.set_up.rig.front().camera.fx);
+  EXPECT_EQ(config->set_up.rig.front().cam_from_body.params,
+            result->set_up.rig.front().cam_from_body.params);
+  ASSERT_EQ(config->set_up.map.tags().size(), result->set_up.map.tags().size());
+  for (size_t i = 0; i < config->set_up.map.tags().size(); ++i) {
+    const Tag &read = config->set_up.map.tags()[i], &written = result->set_up.map.tags()[i];
     EXPECT_EQ(read.id, written.id);
     EXPECT_EQ(read.size_m, written.size_m);
     EXPECT_LT((read.world_from_tag.params - written.world_from_tag.params).norm(), 1e-15);

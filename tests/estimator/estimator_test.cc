@@ -21,7 +21,7 @@ TEST(Batch, WithoutNoiseItFindsTheTruth) {
   model.linear.psd = model.angular.psd = 0;
   const ExactModelFlight flight = DrawFlight(model);
   model.corner_sigma_px = 1e-3, model.linear.psd = model.angular.psd = 1e-3;
-  const auto result = RunBatch(CourseSetup(GivenNoise(model)), flight.measurements);
+  const auto result = RunBatch(CourseSetUp(), GivenNoise(model), flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
   for (size_t i = 0; i < flight.truth.size(); ++i) {
     EXPECT_LT(Difference(result->frames[i].state, flight.truth[i]).norm(), 1e-8) << i;
@@ -37,7 +37,7 @@ TEST_P(ExactModel, CovarianceOfBatchHolds) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     const ExactModelOptions model = Model(seed);
     const ExactModelFlight flight = DrawFlight(model);
-    const auto result = RunBatch(CourseSetup(GivenNoise(model)), flight.measurements);
+    const auto result = RunBatch(CourseSetUp(), GivenNoise(model), flight.measurements);
     ASSERT_TRUE(result) << result.error().message;
     // States far apart in time are nearly independent draws.
     for (size_t i = 5; i < flight.truth.size(); i += 10, ++n) {
@@ -69,7 +69,7 @@ TEST_P(ExactModel, CovarianceOfThePredictionHolds) {
   for (unsigned seed = 41; seed <= 52; ++seed) {
     const ExactModelOptions model = Model(seed);
     const ExactModelFlight flight = DrawFlight(model);
-    SlidingWindow window(CourseSetup(GivenNoise(model)));
+    SlidingWindow window(CourseSetUp(), GivenNoise(model));
     EXPECT_FALSE(window.PredictAt(0));
     for (size_t i = 0; i < flight.truth.size(); ++i) {
       const FrameMeasurements& measurement = flight.measurements[i];
@@ -95,7 +95,7 @@ TEST_P(ExactModel, AWindowAsLongAsTheRecordingEqualsBatch) {
   EstimatorOptions options = GivenNoise(model);
   options.window_frames = 40;
   options.window_iterations = 20;
-  const auto batch = RunBatch(CourseSetup(options), flight.measurements);
+  const auto batch = RunBatch(CourseSetUp(), options, flight.measurements);
   ASSERT_TRUE(batch);
   const WindowRun run = RunWindow(CourseSetup(options), flight.measurements);
   for (size_t i = 0; i < flight.truth.size(); ++i) {
@@ -110,7 +110,7 @@ TEST_P(ExactModel, AShortWindowStaysNearBatch) {
   const ExactModelOptions model = Model();
   const ExactModelFlight flight = DrawFlight(model);
   const EstimatorOptions options = GivenNoise(model);
-  const auto batch = RunBatch(CourseSetup(options), flight.measurements);
+  const auto batch = RunBatch(CourseSetUp(), options, flight.measurements);
   ASSERT_TRUE(batch);
   const WindowRun run = RunWindow(CourseSetup(options), flight.measurements);
   for (size_t i = 0; i < flight.truth.size(); ++i) {
@@ -131,7 +131,7 @@ TEST_P(ExactModel, NoiseIsLearnedFromTheData) {
     model.angular.psd = jerk ? 0.05 : 0.004;
     model.corner_sigma_px = 0.25;
     const ExactModelFlight flight = DrawFlight(model);
-    const auto result = RunBatch(CourseSetup(), flight.measurements);
+    const auto result = RunBatch(CourseSetUp(), {}, flight.measurements);
     ASSERT_TRUE(result) << result.error().message;
     EXPECT_NEAR(result->noise.corner_sigma_px / model.corner_sigma_px, 1.0, 0.05);
     EXPECT_EQ(result->noise.linear.on, GetParam());

@@ -21,7 +21,7 @@ GraphState AlongX(double t_s, double x, double v, double a) {
 
 PredictionCheck AfterSine(double seconds) {
   PredictionCheck check;
-  const BlockBandedMatrix::Block exact = 1e-10 * BlockBandedMatrix::Block::Identity();
+  const Block exact = 1e-10 * Block::Identity();
   for (int i = 0; i < seconds * kRateHz; ++i) {
     const double t = i / kRateHz, w = 3;
     check.Add(AlongX(t, std::sin(w * t), w * std::cos(w * t), -w * w * std::sin(w * t)), exact,

@@ -7,6 +7,7 @@
 
 #include "estimator/batch/batch.h"
 #include "estimator/graph/linear_system.h"
+#include "estimator/solve/noise_learning.h"
 #include "estimator/solve/smoother.h"
 #include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
@@ -88,7 +89,7 @@ NeesPerDof MeanNees(const std::vector<FrameEstimate>& frames, const std::vector<
 // covariance is twice too large.
 TEST(PriorPower, OnASmoothFlightTheTwistsCovarianceHolds) {
   const SimulatedFlight flight = SimulateCorners("agile", 12);
-  const auto result = RunBatch(CourseSetup(), flight.measurements);
+  const auto result = RunBatch(CourseSetUp(), {}, flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
   const NeesPerDof calibrated = MeanNees(result->frames, flight.truth);
   EXPECT_GT(calibrated.twist, 0.7);

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/online/online.h"
+#include "estimator/online/guidance.h"
 #include "frontend/front_end.h"
 #include "frontend/simulation/simulator.h"
 #include "frontend/tags/tag_follower.h"
@@ -53,13 +53,12 @@ std::vector<Step> Follow() {
   SimulatorOptions options;
   options.exposure_s = kShutterS;
   options.renderer.supersampling = 2;
-  const auto simulator =
-      Simulator::Make(setup.camera, setup.cam_from_body, setup.map, ShakenPath(), options);
+  const auto simulator = Simulator::Make(SetUpOf(setup), ShakenPath(), options);
   EXPECT_TRUE(simulator);
-  auto follower = TagFollower::Create(setup.map, setup.camera, setup.cam_from_body, {});
+  auto follower = TagFollower::Create(SetUpOf(setup), {});
   EXPECT_TRUE(follower);
-  FrontEnd front_end(setup.camera, setup.cam_from_body, setup.map, {});
-  SlidingWindow window(setup);
+  FrontEnd front_end(SetUpOf(setup), {});
+  SlidingWindow window(SetUpOf(setup), setup.options);
   std::vector<Step> out;
   for (int i = 1; kIntervalS * i < 1.2; ++i) {
     const double t_s = kIntervalS * i;

@@ -79,7 +79,7 @@ TEST(SingleTag, WindowKeepsTheRightMinimum) {
 
 TEST(SingleTag, BatchKeepsTheRightMinimum) {
   const Flight flight = FlyOverOneTag(1.2, 0.15, 4);
-  const auto result = RunBatch(CourseSetup(), flight.measurements);
+  const auto result = RunBatch(CourseSetUp(), {}, flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
   ExpectNoFlip(result->frames, flight.truth);
 }

@@ -87,8 +87,8 @@ TEST(BatchClock, AJitteredClockIsSeenAndSteadied) {
   }
   EstimatorOptions as_stamped;
   as_stamped.clock = ClockChoice::kStamps;
-  const auto plain = RunBatch(CourseSetup(as_stamped), jittered);
-  const auto steadied = RunBatch(CourseSetup(), jittered);
+  const auto plain = RunBatch(CourseSetUp(), as_stamped, jittered);
+  const auto steadied = RunBatch(CourseSetUp(), {}, jittered);
   ASSERT_TRUE(plain);
   ASSERT_TRUE(steadied);
   ASSERT_EQ(steadied->warnings.size(), 1u);
@@ -118,7 +118,7 @@ TEST(BatchClock, TrueUnevenStampsAreKept) {
   for (size_t i = 0; i < flight.measurements.size(); ++i) {
     if (i % 3 != 1) uneven.push_back(flight.measurements[i]);  // intervals of 20 and 40 ms
   }
-  const auto result = RunBatch(CourseSetup(), uneven);
+  const auto result = RunBatch(CourseSetUp(), {}, uneven);
   ASSERT_TRUE(result);
   EXPECT_TRUE(result->warnings.empty());
 }

@@ -27,8 +27,9 @@ EstimatorSetup WithMovedTag(const EstimatorSetup& setup, int id, const Eigen::Ve
     tag.world_from_tag = MakePose(tag.world_from_tag.rotation() * ExpSo3({0, 0, turn_rad}),
                                   tag.world_from_tag.translation() + shift);
   }
-  return MakeEstimatorSetup(setup.camera, setup.cam_from_body,
-                            TagMap(setup.map.family(), std::move(tags)), setup.options);
+  SetUp moved = SetUpOf(setup);
+  moved.map = TagMap(setup.map.family(), std::move(tags));
+  return MakeEstimatorSetup(moved, setup.options);
 }
 
 // The tag as it projects from a state under the setup's map.
@@ -152,10 +153,11 @@ double PositionRmse(const std::vector<FrameEstimate>& frames, const std::vector<
 
 TEST(TagAudit, BatchNamesADisplacedTagAndIsNotMisledByIt) {
   const MovedTagFlight moved = FlyOverMovedTag({0.032, 0.024, 0});
-  const auto result = RunBatch(moved.setup, moved.flight.measurements);
+  const auto result =
+      RunBatch(SetUpOf(moved.setup), moved.setup.options, moved.flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_THAT(result->warnings, ElementsAre(Expected(moved, "40")));
-  const auto clean = RunBatch(CourseSetup(moved.setup.options), moved.flight.measurements);
+  const auto clean = RunBatch(CourseSetUp(), moved.setup.options, moved.flight.measurements);
   ASSERT_TRUE(clean);
   EXPECT_THAT(clean->warnings, IsEmpty());
   EXPECT_LT(PositionRmse(result->frames, moved.flight.truth),
@@ -165,14 +167,15 @@ TEST(TagAudit, BatchNamesADisplacedTagAndIsNotMisledByIt) {
 // 12 mm are two to three pixels here: too little for the seeds, which see one frame at a time.
 TEST(TagAudit, BatchNamesATagThatTheStartLetsPass) {
   const MovedTagFlight moved = FlyOverMovedTag({0.012, 0, 0});
-  const auto result = RunBatch(moved.setup, moved.flight.measurements);
+  const auto result =
+      RunBatch(SetUpOf(moved.setup), moved.setup.options, moved.flight.measurements);
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_THAT(result->warnings, ElementsAre(Expected(moved, "12")));
 }
 
 TEST(TagAudit, WindowNamesADisplacedTag) {
   const MovedTagFlight moved = FlyOverMovedTag({0.032, 0.024, 0});
-  SlidingWindow window(moved.setup);
+  SlidingWindow window(SetUpOf(moved.setup), moved.setup.options);
   for (const FrameMeasurements& m : moved.flight.measurements) ASSERT_TRUE(window.Add(m));
   window.Finish();
   EXPECT_THAT(window.Warnings(), ElementsAre(Expected(moved, "40")));
@@ -202,9 +205,9 @@ std::vector<FrameMeasurements> WithTracks(int n_moving) {
 TEST(TrackAudit, TracksOnSomethingThatMovesAreTold) {
   for (const int n_moving : {0, 7}) {
     const auto measurements = WithTracks(n_moving);
-    const auto batch = RunBatch(CourseSetup(), measurements);
+    const auto batch = RunBatch(CourseSetUp(), {}, measurements);
     ASSERT_TRUE(batch) << batch.error().message;
-    SlidingWindow window(CourseSetup());
+    SlidingWindow window(CourseSetUp(), {});
     for (const FrameMeasurements& m : measurements) ASSERT_TRUE(window.Add(m));
     window.Finish();
     for (const auto& warnings : {batch->warnings, window.Warnings()}) {

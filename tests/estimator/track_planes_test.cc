@@ -41,7 +41,7 @@ EstimatorSetup RoomSetup(const EstimatorOptions& options) {
   camera.width = 640, camera.height = 480;
   camera.fx = camera.fy = 400;
   camera.cx = 320, camera.cy = 240;
-  return MakeEstimatorSetup(camera, Pose(), Room(), options);
+  return MakeEstimatorSetup(MakeSetUp(camera, Pose(), Room()), options);
 }
 
 // In the middle of the room, looking into its corner.
@@ -198,7 +198,7 @@ Runs Fly(const EstimatorSetup& setup, const Pose& world_from_body, const Points&
   for (unsigned seed = 1; seed <= flights; ++seed) {
     ExactModelFlight flight = DrawFlight(Model(seed), setup, world_from_body);
     AddTracksAndGap(setup, points, &flight);
-    const auto result = RunBatch(setup, flight.measurements);
+    const auto result = RunBatch(SetUpOf(setup), setup.options, flight.measurements);
     EXPECT_TRUE(result) << result.error().message;
     if (!result) return out;
     batch.Add(result->frames, flight.truth);
@@ -260,8 +260,8 @@ class TracksOnAnUnevenMat : public testing::Test {
       tag.world_from_tag = MakePose(ExpSo3({slope_y, -slope_x, 0}) * tag.world_from_tag.rotation(),
                                     {x, y, HeightAt(x, y)});
     }
-    return MakeEstimatorSetup(course.camera, course.cam_from_body,
-                              TagMap(course.map.family(), tags), options);
+    return MakeEstimatorSetup(
+        MakeSetUp(course.camera, course.cam_from_body, TagMap(course.map.family(), tags)), options);
   }
 };
 

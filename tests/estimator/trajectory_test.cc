@@ -37,7 +37,7 @@ TEST_P(TrajectoryTest, BetweenStatesItEqualsAStateWithoutMeasurements) {
   model.linear.psd = model.angular.psd = 0.5;
   model.random_seed = 3;
   const ExactModelFlight flight = DrawFlight(model);
-  const auto plain = RunBatch(SetupFor(model), flight.measurements);
+  const auto plain = RunBatch(CourseSetUp(), GivenNoise(model), flight.measurements);
   ASSERT_TRUE(plain) << plain.error().message;
 
   for (const int64_t offset_ns : {10'000'000, 50'000'000, 93'000'000}) {
@@ -54,7 +54,7 @@ TEST_P(TrajectoryTest, BetweenStatesItEqualsAStateWithoutMeasurements) {
     EXPECT_LT((asked->covariance - expected.covariance).norm(), 1e-2 * expected.covariance.norm())
         << offset_ns;
     // Batch says the same of that frame.
-    const auto dense = RunBatch(SetupFor(model), more);
+    const auto dense = RunBatch(CourseSetUp(), GivenNoise(model), more);
     ASSERT_TRUE(dense) << dense.error().message;
     EXPECT_EQ(dense->frames[6].status, FrameStatus::kPredicted);
     EXPECT_LT(Difference(asked->state, dense->frames[6].state).norm(), 1e-9);
@@ -65,7 +65,7 @@ TEST_P(TrajectoryTest, AtAStateItIsThatState) {
   ExactModelOptions model = Model();
   model.frames = 6;
   const ExactModelFlight flight = DrawFlight(model);
-  const auto result = RunBatch(SetupFor(model), flight.measurements);
+  const auto result = RunBatch(CourseSetUp(), GivenNoise(model), flight.measurements);
   ASSERT_TRUE(result);
   for (size_t i = 0; i < flight.truth.size(); ++i) {
     const auto asked = result->trajectory.At(flight.measurements[i].t_ns);
@@ -84,7 +84,7 @@ TEST_P(TrajectoryTest, BeyondItsEndsThePriorCarriesItOn) {
   FrameMeasurements late;
   late.t_ns = more.back().t_ns + 300'000'000;
   more.push_back(late);
-  const auto result = RunBatch(SetupFor(model), flight.measurements);
+  const auto result = RunBatch(CourseSetUp(), GivenNoise(model), flight.measurements);
   ASSERT_TRUE(result);
   const StateAndCovariance expected = SolvedInGraph(model, more, 8);
   const auto after = result->trajectory.At(late.t_ns);
@@ -105,7 +105,7 @@ TEST_P(TrajectoryTest, LongWithoutTagsTheCovarianceStaysTrue) {
   std::vector<FrameMeasurements> blind = flight.measurements;
   for (size_t i = 20; i < 45; ++i) blind[i].tags.clear();
   for (size_t i = 50; i < blind.size(); ++i) blind[i].tags.clear();
-  const auto result = RunBatch(SetupFor(model), blind);
+  const auto result = RunBatch(CourseSetUp(), GivenNoise(model), blind);
   ASSERT_TRUE(result) << result.error().message;
   for (const size_t i : {30, 44, 59}) {
     const StateVector e = Difference(result->frames[i].state, flight.truth[i]);

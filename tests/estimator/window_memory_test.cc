@@ -16,7 +16,7 @@ TEST(WindowMemory, DoesNotGrowWithTheFlight) {
   ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk, 7);
   model.frames = kLap / 2 + 1;
   const ExactModelFlight flight = DrawFlight(model);
-  SlidingWindow window(CourseSetup(GivenNoise(model)));
+  SlidingWindow window(CourseSetUp(), GivenNoise(model));
   size_t settled = 0, allocated = 0;
   for (int i = 0; i < kLaps * kLap; ++i) {
     // Forth and back again: a flight of any length in a small memory.

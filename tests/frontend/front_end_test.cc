@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/core/mat.hpp>
+
 #include "frontend/tags/find_tags.h"
 #include "tests/support/tag_scene.h"
 
@@ -45,8 +47,8 @@ TEST(FilterTags, DropsTagsAtTheBorder) {
 TEST(FrontEnd, ProcessIsTrackThenSeed) {
   const TagMap map = MakeTagMap(TagGrid());
   const Camera camera;
-  FrontEnd whole(camera, CourseCamFromBody(), map, {}),
-      stages(camera, CourseCamFromBody(), map, {});
+  FrontEnd whole(MakeSetUp(camera, CourseCamFromBody(), map), {}),
+      stages(MakeSetUp(camera, CourseCamFromBody(), map), {});
   for (int i = 0; i < 3; ++i) {
     const Pose world_from_body = Hover({1.4 + 0.02 * i, 1.2, 1.3}, 0.1);
     const auto tags = SeeTags(map, camera, CourseCamFromBody() * Inverse(world_from_body));

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "estimator/online/online.h"
+#include "estimator/online/guidance.h"
 #include "frontend/front_end.h"
 #include "tests/support/exact_model.h"
 #include "tests/support/flight_scene.h"
@@ -48,10 +48,10 @@ TimeUp UpAfter(int asks) {
 std::vector<Step> Follow(const std::vector<SimulatedFrame>& frames, bool guided,
                          const std::optional<int>& asks = {}) {
   const EstimatorSetup setup = CourseSetup();
-  auto follower = TagFollower::Create(setup.map, setup.camera, setup.cam_from_body, {});
+  auto follower = TagFollower::Create(SetUpOf(setup), {});
   EXPECT_TRUE(follower);
-  FrontEnd front_end(setup.camera, setup.cam_from_body, setup.map, {});
-  SlidingWindow window(setup);
+  FrontEnd front_end(SetUpOf(setup), {});
+  SlidingWindow window(SetUpOf(setup), setup.options);
   std::vector<Step> out;
   for (const SimulatedFrame& frame : frames) {
     const auto prediction = guided ? PredictPose(window, frame.t_ns) : std::nullopt;

@@ -8,6 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "frontend/closed_form.h"
+#include "frontend/flow/klt_tracker.h"
 #include "frontend/front_end.h"
 #include "frontend/geometry/frame_pose.h"
 #include "tests/support/tag_scene.h"

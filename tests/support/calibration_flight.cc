@@ -120,14 +120,14 @@ CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options)
   Draw draw(options.random_seed);
   CalibrationFlight out;
   out.config = DefaultConfig();
-  out.config.map = Mat(options);
+  out.config.set_up.map = Mat(options);
   out.config.calibration.tag_position_sigma_m = options.tag_position_sigma_m;
   out.config.calibration.tag_rotation_sigma_rad = options.tag_rotation_sigma_rad;
   out.config.calibration.tag_bend_sigma = options.tag_bend_sigma;
   CalibrationState believed;
-  believed.camera = out.config.camera;
-  believed.cam_from_body = out.config.cam_from_body;
-  believed.tags = out.config.map.tags();
+  believed.camera = out.config.set_up.rig.front().camera;
+  believed.cam_from_body = out.config.set_up.rig.front().cam_from_body;
+  believed.tags = out.config.set_up.map.tags();
   out.truth = Retract(believed, Errors(believed, options, &draw));
   out.truth.line_time_s = options.line_time_s;
   for (int i = 0; i < options.frames; ++i) {

@@ -5,6 +5,7 @@
 
 #include "estimator/calibration/calibration.h"
 #include "estimator/calibration/problem.h"
+#include "estimator/online/calibration_input.h"
 #include "estimator/online/config.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"

@@ -41,7 +41,8 @@ inline Flight MakeFlightOf(const Setting& setting) {
   options.renderer.noise_grey = setting.noise_grey;
   options.renderer.blur_px = setting.blur_px;
   options.renderer.vignetting = setting.vignetting;
-  auto simulator = Simulator::Make(setting.camera, CourseCamFromBody(), map, *trajectory, options);
+  auto simulator =
+      Simulator::Make(MakeSetUp(setting.camera, CourseCamFromBody(), map), *trajectory, options);
   EXPECT_TRUE(simulator);
   return {*trajectory, std::move(*simulator)};
 }

@@ -83,9 +83,16 @@ std::vector<TagDetection> SeeTags(const EstimatorSetup& setup, const BodyState& 
 
 }  // namespace
 
+SetUp CourseSetUp() { return DefaultConfig().set_up; }
+
 EstimatorSetup CourseSetup(const EstimatorOptions& options) {
-  const Config config = DefaultConfig();
-  return MakeEstimatorSetup(config.camera, config.cam_from_body, config.map, options);
+  return MakeEstimatorSetup(CourseSetUp(), options);
+}
+
+SetUp SetUpOf(const EstimatorSetup& setup) {
+  SetUp out = MakeSetUp(setup.camera, setup.cam_from_body, setup.map);
+  out.rig.front().line_time_s = setup.line_time_s;
+  return out;
 }
 
 ExactModelOptions ModelUnder(WhiteNoiseOn prior, unsigned seed) {

@@ -50,7 +50,10 @@ std::string PriorName(const testing::TestParamInfo<WhiteNoiseOn>& prior);
 /// The noise that the flight was drawn with.
 EstimatorOptions GivenNoise(const ExactModelOptions& model);
 
-/// The course's camera, mount and mat.
+/// The course's camera, mount and mat; and what the solvers take of them.
+SetUp CourseSetUp();
 EstimatorSetup CourseSetup(const EstimatorOptions& options = {});
+/// The set-up that a solver's setup was made of.
+SetUp SetUpOf(const EstimatorSetup& setup);
 
 }  // namespace tagtwist

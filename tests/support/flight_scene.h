@@ -21,7 +21,7 @@ inline RenderedFlight MakeRenderedFlight(const std::string& name, const TagMap& 
                                          const SimulatorOptions& options) {
   const auto trajectory = FlightPath(name, map, {});
   EXPECT_TRUE(trajectory);
-  auto simulator = Simulator::Make({}, CourseCamFromBody(), map, *trajectory, options);
+  auto simulator = Simulator::Make(MakeSetUp({}, CourseCamFromBody(), map), *trajectory, options);
   EXPECT_TRUE(simulator);
   return {*trajectory, std::move(*simulator)};
 }

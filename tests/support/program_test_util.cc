@@ -56,8 +56,7 @@ Simulator PlainSimulator(bool images) {
   options.exposure_s = 0;
   options.renderer.supersampling = 2;
   options.renderer.scene.scribbles_per_m2 = 0;
-  const auto simulator = Simulator::Make(config.camera, config.cam_from_body, config.map,
-                                         ShortFlight(config.map), options);
+  const auto simulator = Simulator::Make(config.set_up, ShortFlight(config.set_up.map), options);
   if (!simulator) throw std::runtime_error(simulator.error().message);
   return *simulator;
 }

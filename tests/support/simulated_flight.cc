@@ -8,12 +8,11 @@ namespace tagtwist {
 
 SimulatedFlight SimulateCorners(const std::string& name, double duration_s, double rate_hz) {
   const Config config = DefaultConfig();
-  const auto trajectory = *FlightPath(name, config.map, {duration_s, 1.2});
+  const auto trajectory = *FlightPath(name, config.set_up.map, {duration_s, 1.2});
   SimulatorOptions options;
   options.images = false;
   options.corner_noise_px = 0.15;
-  const auto simulator =
-      *Simulator::Make(config.camera, config.cam_from_body, config.map, trajectory, options);
+  const auto simulator = *Simulator::Make(config.set_up, trajectory, options);
   StampOptions stamps;
   stamps.rate_hz = rate_hz;
   stamps.jitter_s = 0;

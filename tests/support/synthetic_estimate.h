@@ -1,8 +1,10 @@
 #pragma once
 #include <Eigen/Cholesky>
+#include <string>
 #include <vector>
 
 #include "estimator/result/estimate.h"
+#include "estimator/result/run_facts.h"
 #include "tests/support/evaluation_data.h"
 
 namespace tagtwist {
@@ -13,7 +15,7 @@ namespace tagtwist {
 inline Estimate SyntheticEstimate(size_t frames, bool window) {
   std::mt19937_64 rng(11);
   Estimate e;
-  e.mode = window ? "sliding_window" : "batch";
+  e.mode = window ? EstimateMode::kSlidingWindow : EstimateMode::kBatch;
   e.noise.source = NoiseSource::kLearned;
   StateVector low_pass = StateVector::Zero();
   for (size_t i = 0; i < frames; ++i) {
@@ -42,19 +44,30 @@ inline Estimate SyntheticEstimate(size_t frames, bool window) {
       f.t_ns = 100'000'000 + static_cast<int64_t>(i) * 20'400'000;
     }
     e.frames.push_back(f);
-    const double jitter = 0.1 * static_cast<double>(i % 9);
-    e.times.detect_ms.push_back(3 + jitter);
-    e.times.track_ms.push_back(1 + jitter);
-    e.times.seed_ms.push_back(0.5 + jitter);
-    e.times.frame_ms.push_back(4.5 + 3 * jitter);
     for (int k = 0; k < 4 * f.n_tags; ++k) {
       e.reprojection_px.push_back(0.2 * std::abs(NormalVector(rng)(0)));
     }
   }
-  e.times.optimise_ms = {123.0};
   if (window) e.lagged = e.frames;
   e.warnings = {"images/000017.png: cannot decode; the frame keeps its state from its neighbours"};
   return e;
+}
+
+/// What the run over those frames took.
+inline RunFacts SyntheticFacts(const std::string& dataset, size_t frames) {
+  RunFacts facts;
+  facts.dataset = dataset;
+  facts.wall_s = 12.5;
+  facts.peak_rss_mib = 200.25;
+  for (size_t i = 0; i < frames; ++i) {
+    const double jitter = 0.1 * static_cast<double>(i % 9);
+    facts.times.detect_ms.push_back(3 + jitter);
+    facts.times.track_ms.push_back(1 + jitter);
+    facts.times.seed_ms.push_back(0.5 + jitter);
+    facts.times.frame_ms.push_back(4.5 + 3 * jitter);
+  }
+  facts.times.optimise_ms = {123.0};
+  return facts;
 }
 
 }  // namespace tagtwist

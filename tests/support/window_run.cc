@@ -4,11 +4,13 @@
 
 #include <utility>
 
+#include "tests/support/exact_model.h"
+
 namespace tagtwist {
 
 WindowRun RunWindow(const EstimatorSetup& setup,
                     const std::vector<FrameMeasurements>& measurements) {
-  SlidingWindow window(setup);
+  SlidingWindow window(SetUpOf(setup), setup.options);
   WindowRun run;
   for (const FrameMeasurements& m : measurements) {
     const auto out = window.Add(m);

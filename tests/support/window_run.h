@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "estimator/graph/graph_builder.h"
 #include "estimator/window/sliding_window.h"
 
 namespace tagtwist {

@@ -98,14 +98,14 @@ Json BoundsJson(const Estimate& e, const std::vector<ComparisonRow>& rows) {
   return out;
 }
 
-Json DeadlineJson(const Estimate& e) {
-  return {
-      {"deadline_ms", *e.deadline_ms},
-      {"frames_hurried",
-       std::count_if(e.frames.begin(), e.frames.end(),
-                     [](const FrameEstimate& f) { return f.status == FrameStatus::kHurried; })},
-      {"frames_late", std::count_if(e.times.frame_ms.begin(), e.times.frame_ms.end(),
-                                    [&](double frame_ms) { return frame_ms > *e.deadline_ms; })}};
+Json DeadlineJson(const Estimate& e, const RunFacts& facts) {
+  return {{"deadline_ms", *facts.deadline_ms},
+          {"frames_hurried",
+           std::count_if(e.frames.begin(), e.frames.end(),
+                         [](const FrameEstimate& f) { return f.status == FrameStatus::kHurried; })},
+          {"frames_late",
+           std::count_if(facts.times.frame_ms.begin(), facts.times.frame_ms.end(),
+                         [&](double frame_ms) { return frame_ms > *facts.deadline_ms; })}};
 }
 
 }  // namespace
@@ -165,7 +165,7 @@ Json AlignmentJson(const Alignment& a) {
 Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
                  const RunFacts& facts) {
   Json out;
-  out["mode"] = estimate.mode;
+  out["mode"] = ToString(estimate.mode);
   out["frames"] = estimate.frames.size();
   out["frames_estimated"] =
       std::count_if(estimate.frames.begin(), estimate.frames.end(),
@@ -173,11 +173,11 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   out["reprojection_px"] = {{"median", QuantileJson(estimate.reprojection_px, 0.5)},
                             {"p95", QuantileJson(estimate.reprojection_px, 0.95)}};
   out["noise"] = NoiseJson(estimate.noise, estimate.frames);
-  out["timing_ms"] = TimingJson(estimate.times);
-  if (estimate.deadline_ms) out["deadline"] = DeadlineJson(estimate);
-  if (estimate.live) {
-    out["live"] = {{"frames_dropped", estimate.live->frames_dropped},
-                   {"latency_ms", PercentilesJson(estimate.live->latency_ms)}};
+  out["timing_ms"] = TimingJson(facts.times);
+  if (facts.deadline_ms) out["deadline"] = DeadlineJson(estimate, facts);
+  if (facts.live) {
+    out["live"] = {{"frames_dropped", facts.live->frames_dropped},
+                   {"latency_ms", PercentilesJson(facts.live->latency_ms)}};
   }
   out["wall_s"] = facts.wall_s;
   out["peak_rss_mib"] = facts.peak_rss_mib;

@@ -5,15 +5,9 @@
 
 #include "estimator/report/findings/comparison_table.h"
 #include "estimator/result/estimate.h"
+#include "estimator/result/run_facts.h"
 
 namespace tagtwist {
-
-/// Facts of a run that the estimate does not know.
-struct RunFacts {
-  std::string dataset;      // as the user named it
-  double wall_s = 0;        // from start to the writing of the results
-  double peak_rss_mib = 0;  // largest memory held so far
-};
 
 /// Indented text with a final line end; bytes that are not UTF-8 (of file names) are replaced.
 std::string FormatJson(const nlohmann::ordered_json& json);

@@ -68,9 +68,9 @@ std::string CertaintyText(const Estimate& e) {
          KnownTo(e.frames, 9, 1, "%.2g (%.2g) rad/s") + ".";
 }
 
-std::vector<Finding> Findings(const Estimate& estimate, const TagMap& map,
+std::vector<Finding> Findings(const Estimate& estimate, const RunFacts& facts, const TagMap& map,
                               const std::vector<TruthSample>& truth) {
-  std::vector<Finding> out = FrameFindings(estimate, map);
+  std::vector<Finding> out = FrameFindings(estimate, facts, map);
   for (const std::vector<Finding>& part :
        {ReprojectionFindings(estimate), TruthFindings(estimate, truth)}) {
     out.insert(out.end(), part.begin(), part.end());

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "estimator/result/estimate.h"
+#include "estimator/result/run_facts.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/tag_map.h"
 
@@ -18,7 +19,7 @@ struct Finding {
 /// be told from chance is tested: blocks of a second count as independent, and a run without that
 /// fault is accused once in a thousand families of tests (SignificantScore). A fault must also
 /// matter: each test states from what size on it speaks. Without truth its tests are left out.
-std::vector<Finding> Findings(const Estimate& estimate, const TagMap& map,
+std::vector<Finding> Findings(const Estimate& estimate, const RunFacts& facts, const TagMap& map,
                               const std::vector<TruthSample>& truth);
 
 /// How well the states are known by their own covariances, in words: 3-D standard deviations, in
@@ -28,7 +29,8 @@ std::string CertaintyText(const Estimate& estimate);
 /// The parts of Findings.
 /// Frames with few tags or without a state, missing frames, restless stamps, states that are known
 /// badly.
-std::vector<Finding> FrameFindings(const Estimate& estimate, const TagMap& map);
+std::vector<Finding> FrameFindings(const Estimate& estimate, const RunFacts& facts,
+                                   const TagMap& map);
 /// Errors that depend on the place in the image, or on the tag; noise given that the errors belie.
 std::vector<Finding> ReprojectionFindings(const Estimate& estimate);
 /// Constant offsets, clocks apart, covariances that do not cover the errors, outlying stretches.

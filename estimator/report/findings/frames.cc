@@ -179,26 +179,26 @@ void AddBadTwists(const Frames& frames, const std::vector<double>& t_s, std::vec
                   ""});
 }
 
-void AddDropped(const Estimate& e, std::vector<Finding>* out) {
-  if (!e.live || e.live->frames_dropped == 0) return;
-  const size_t came = e.frames.size() + e.live->frames_dropped;
+void AddDropped(const Estimate& e, const RunFacts& facts, std::vector<Finding>* out) {
+  if (!facts.live || facts.live->frames_dropped == 0) return;
+  const size_t came = e.frames.size() + facts.live->frames_dropped;
   out->push_back({Format("%zu of %zu frames were dropped: others were still being worked on.",
-                         e.live->frames_dropped, came),
+                         facts.live->frames_dropped, came),
                   "A --deadline_ms, fewer --window_frames or a slower camera leave time for all."});
 }
 
 }  // namespace
 
-std::vector<Finding> FrameFindings(const Estimate& e, const TagMap& map) {
+std::vector<Finding> FrameFindings(const Estimate& e, const RunFacts& facts, const TagMap& map) {
   std::vector<Finding> out;
   if (e.frames.empty()) return out;
   const std::vector<double> t_s = TimesOf(e.frames);
   AddNoState(e.frames, t_s, &out);
-  AddDropped(e, &out);
+  AddDropped(e, facts, &out);
   AddHurried(e.frames, t_s, &out);
   AddFewTags(e.frames, map, t_s, &out);
   AddBadTwists(e.frames, t_s, &out);
-  AddStamps(e.frames, t_s, e.mode == "sliding_window", &out);
+  AddStamps(e.frames, t_s, e.mode == EstimateMode::kSlidingWindow, &out);
   return out;
 }
 

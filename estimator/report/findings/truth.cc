@@ -2,7 +2,9 @@
 #include <array>
 #include <cmath>
 
+#include "estimator/evaluation/alignment.h"
 #include "estimator/evaluation/evaluation.h"
+#include "estimator/evaluation/truth_match.h"
 #include "estimator/report/findings/findings.h"
 #include "frontend/base/chi_square.h"
 #include "frontend/base/format_text.h"

@@ -7,6 +7,8 @@
 #include <limits>
 #include <optional>
 
+#include "estimator/evaluation/alignment.h"
+#include "estimator/evaluation/truth_match.h"
 #include "frontend/io/trajectories/vicon.h"
 #include "frontend/types/so3.h"
 #include "frontend/types/truth.h"

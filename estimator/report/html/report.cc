@@ -105,11 +105,11 @@ std::vector<Stage> Stages(const StageTimes& times) {
           {"frame", &times.frame_ms}};
 }
 
-ReportSection Times(const Estimate& e, const std::vector<double>& t_s) {
+ReportSection Times(const StageTimes& times, const std::vector<double>& t_s) {
   TextTable table = {{"stage", "runs", "median ms", "p95 ms", "p99 ms", "max ms", "total s"}};
   Plot plot = OverFrames("time per frame [ms]", t_s, 3);
   size_t slot = kFirstStage;
-  for (const Stage& stage : Stages(e.times)) {
+  for (const Stage& stage : Stages(times)) {
     const std::vector<double>& ms = *stage.ms;
     const size_t this_slot = slot++;
     if (ms.empty()) continue;
@@ -133,7 +133,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   page.html = ReportWordsHtml(e, input);
   page.slots = {"ground truth", "closed form", "optimised",       "optimised, lagged",
                 "tags",         "tracks",      "each frame alone"};
-  for (const Stage& stage : Stages(e.times)) page.slots.emplace_back(stage.name);
+  for (const Stage& stage : Stages(input.facts.times)) page.slots.emplace_back(stage.name);
   if (!e.lagged.empty()) page.slots[kOptimised] = "optimised, lag 0";
   const PlotInput plots = Plots(e, input);
   std::vector<double> t_s;
@@ -148,7 +148,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   if (!e.reprojection_px.empty()) {
     page.sections.push_back(ReprojectionSection(e, input.map));
   }
-  page.sections.push_back(Times(e, t_s));
+  page.sections.push_back(Times(input.facts.times, t_s));
   return FormatReportPage(page);
 }
 

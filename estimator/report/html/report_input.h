@@ -1,10 +1,10 @@
 #pragma once
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "estimator/calibration/calibration.h"
-#include "estimator/report/files/summary_json.h"
 #include "estimator/report/findings/comparison_table.h"
+#include "estimator/result/run_facts.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/tag_map.h"
 
@@ -14,9 +14,9 @@ namespace tagtwist {
 struct ReportInput {
   RunFacts facts;
   TagMap map;
-  std::vector<TruthSample> truth;   // empty when there is none
-  std::vector<ComparisonRow> rows;  // as CompareMethods gives them
-  std::optional<Calibration> calibration;
+  std::vector<TruthSample> truth;                  // empty when there is none
+  std::vector<ComparisonRow> rows;                 // as CompareMethods gives them
+  std::shared_ptr<const Calibration> calibration;  // where there is one
 };
 
 }  // namespace tagtwist

@@ -40,8 +40,8 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
   if (!e.frames.empty()) {
     out += Format(", %.2f s", ToSeconds(e.frames.back().t_ns - e.frames.front().t_ns));
   }
-  out += e.mode == "batch" ? ", estimated from all images together (batch)."
-                           : ", estimated as the images came in (sliding window).";
+  out += e.mode == EstimateMode::kBatch ? ", estimated from all images together (batch)."
+                                        : ", estimated as the images came in (sliding window).";
   if (predicted > 0) {
     out += Format(
         " In %zu frames no tag was usable; their states come from tracks, neighbours and "
@@ -54,7 +54,7 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
   if (open > 0) {
     out += Format(" In %zu frames the tags left two attitudes open: they have no state.", open);
   }
-  if (e.live) out += " It was live.";
+  if (input.facts.live) out += " It was live.";
   out += Format(" The map has %zu tags, of which %zu were used. It took %.1f s and %.0f MiB.",
                 input.map.tags().size(), e.reprojection.tags.size(), input.facts.wall_s,
                 input.facts.peak_rss_mib);
@@ -127,7 +127,7 @@ std::string ItemHtml(const Finding& finding) {
 std::string FindingsHtml(const Estimate& e, const ReportInput& input) {
   std::vector<Finding> findings;
   for (const std::string& warning : e.warnings) findings.push_back({Sentence(warning), ""});
-  for (Finding& finding : Findings(e, input.map, input.truth)) {
+  for (Finding& finding : Findings(e, input.facts, input.map, input.truth)) {
     findings.push_back(std::move(finding));
   }
   std::string out = "<h2>What to look at</h2>\n";

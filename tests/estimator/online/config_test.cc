@@ -67,8 +67,8 @@ FieldLister ListAllFields(const Config& config) {
 }
 
 void ExpectSameButCamera(const Config& a, const Config& b) {
-  ExpectSamePose(a.cam_from_body, b.cam_from_body);
-  ExpectSameMap(a.map, b.map);
+  ExpectSamePose(a.set_up.rig.front().cam_from_body, b.set_up.rig.front().cam_from_body);
+  ExpectSameMap(a.set_up.map, b.set_up.map);
   const std::vector<std::string> fields_a = ListAllFields(a).lines;
   const std::vector<std::string> fields_b = ListAllFields(b).lines;
   ASSERT_EQ(fields_a.size(), fields_b.size());
@@ -84,19 +84,22 @@ void ExpectCamera(const Camera& camera, const std::array<double, 11>& numbers) {
 
 TEST(Config, DefaultIsTheCourse) {
   const Config config = DefaultConfig();
-  ExpectCamera(config.camera, {376, 240, 311.0520, 311.3885, 201.8724, 113.6210, 0, 0, 0, 0, 0});
+  ExpectCamera(config.set_up.rig.front().camera,
+               {376, 240, 311.0520, 311.3885, 201.8724, 113.6210, 0, 0, 0, 0, 0});
   // Seed Eq. 1, by a hand-worked point: the body's x axis in the camera is (c, -c, 0).
   const double c = std::sqrt(0.5);
-  EXPECT_LT((config.cam_from_body * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(c - 0.04, -c, -0.03))
+  EXPECT_LT((config.set_up.rig.front().cam_from_body * Eigen::Vector3d(1, 0, 0) -
+             Eigen::Vector3d(c - 0.04, -c, -0.03))
                 .norm(),
             1e-15);
-  EXPECT_EQ(config.map.tags().size(), 108u);
+  EXPECT_EQ(config.set_up.map.tags().size(), 108u);
 }
 
 TEST(Config, CourseFileEqualsTheDefaults) {
   const Result<Config> config = LoadConfig((kSource / "configs/course.yaml").string());
   ASSERT_TRUE(config) << config.error().message;
-  ExpectCamera(config->camera, {376, 240, 311.0520, 311.3885, 201.8724, 113.6210, 0, 0, 0, 0, 0});
+  ExpectCamera(config->set_up.rig.front().camera,
+               {376, 240, 311.0520, 311.3885, 201.8724, 113.6210, 0, 0, 0, 0, 0});
   ExpectSameButCamera(*config, DefaultConfig());
 }
 
@@ -112,7 +115,8 @@ TEST(Config, CourseFileNamesEveryKey) {
 TEST(Config, Course2017DiffersInTheCameraMatrixAlone) {
   const Result<Config> config = LoadConfig((kSource / "configs/course_2017.yaml").string());
   ASSERT_TRUE(config) << config.error().message;
-  ExpectCamera(config->camera, {376, 240, 314.1779, 314.2218, 199.4848, 113.7838, 0, 0, 0, 0, 0});
+  ExpectCamera(config->set_up.rig.front().camera,
+               {376, 240, 314.1779, 314.2218, 199.4848, 113.7838, 0, 0, 0, 0, 0});
   ExpectSameButCamera(*config, DefaultConfig());
 }
 
@@ -132,9 +136,9 @@ TEST(Config, EveryShippedFileLoads) {
 TEST(Config, UmdFloorMatPutsTheTagsWhereTheMapSaysSo) {
   const Result<Config> config = LoadConfig((kSource / "tests/configs/umd_floor_mat.yaml").string());
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_EQ(config->map.tags().size(), 81u);
+  EXPECT_EQ(config->set_up.map.tags().size(), 81u);
   // Its tag 10 spans (0, 0) to (0.193, 0.193).
-  const auto& corners = config->map.CornersInWorld(10);
+  const auto& corners = config->set_up.map.CornersInWorld(10);
   EXPECT_LT((corners[0] - Eigen::Vector3d(0, 0, 0)).norm(), 1e-4);
   EXPECT_LT((corners[2] - Eigen::Vector3d(0.193, 0.193, 0)).norm(), 1e-4);
 }
@@ -148,10 +152,10 @@ TEST(Config, MovableTagsAreNotInTheMap) {
   const Result<Config> config = LoadConfig(files);
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->movable_tags, (std::vector<int>{2, 7, 300}));
-  EXPECT_EQ(config->map.tags().size(), 106u);
-  EXPECT_EQ(config->map.Find(2), nullptr);
-  EXPECT_EQ(config->map.Find(7), nullptr);
-  EXPECT_NE(config->map.Find(8), nullptr);
+  EXPECT_EQ(config->set_up.map.tags().size(), 106u);
+  EXPECT_EQ(config->set_up.map.Find(2), nullptr);
+  EXPECT_EQ(config->set_up.map.Find(7), nullptr);
+  EXPECT_NE(config->set_up.map.Find(8), nullptr);
 }
 
 TEST(Config, PartsLeftOutKeepTheirDefaults) {
@@ -161,8 +165,8 @@ TEST(Config, PartsLeftOutKeepTheirDefaults) {
   EXPECT_EQ(config->estimator.accel_psd, std::optional<double>(2.5));
   EXPECT_FALSE(config->estimator.corner_sigma_px.has_value());
   EXPECT_EQ(config->estimator.max_iterations, EstimatorOptions().max_iterations);
-  EXPECT_EQ(config->camera.fx, Camera().fx);
-  ExpectSameMap(config->map, DefaultConfig().map);
+  EXPECT_EQ(config->set_up.rig.front().camera.fx, Camera().fx);
+  ExpectSameMap(config->set_up.map, DefaultConfig().set_up.map);
 }
 
 TEST(Config, QuaternionAndMatrixSayTheSame) {
@@ -171,7 +175,8 @@ TEST(Config, QuaternionAndMatrixSayTheSame) {
       "  quaternion_xyzw: [0.9238795325112867, -0.3826834323650898, 0, 0]\n"
       "  translation_m: [-0.04, 0, -0.03]\n");
   ASSERT_TRUE(config) << config.error().message;
-  ExpectSamePose(config->cam_from_body, DefaultConfig().cam_from_body);
+  ExpectSamePose(config->set_up.rig.front().cam_from_body,
+                 DefaultConfig().set_up.rig.front().cam_from_body);
 }
 
 TEST(Config, DistortionIsReadInOpenCvsOrder) {
@@ -179,7 +184,8 @@ TEST(Config, DistortionIsReadInOpenCvsOrder) {
       "camera: {width: 640, height: 480, fx: 400, fy: 401, cx: 320, cy: 240, distortion: [1e-1, "
       "-0.2, 3.0e-3, +4e-4]}\n");
   ASSERT_TRUE(config) << config.error().message;
-  ExpectCamera(config->camera, {640, 480, 400, 401, 320, 240, 0.1, -0.2, 3e-3, 4e-4, 0});
+  ExpectCamera(config->set_up.rig.front().camera,
+               {640, 480, 400, 401, 320, 240, 0.1, -0.2, 3e-3, 4e-4, 0});
 }
 
 TEST(Config, TagsInSpace) {
@@ -191,7 +197,7 @@ TEST(Config, TagsInSpace) {
       "    - {id: 7, corners_m: [[0, 0, 0], [0, 0.4, 0], [0, 0.4, 0.4], [0, 0, 0.4]]}\n"
       "    - {id: 9, size_m: 2, position_m: [5, 0, 0], rotation: [0, 0, 1, 1, 0, 0, 0, 1, 0]}\n");
   ASSERT_TRUE(config) << config.error().message;
-  const TagMap& map = config->map;
+  const TagMap& map = config->set_up.map;
   const double tolerance = 1e-12;
   EXPECT_LT((map.CornersInWorld(3)[0] - Eigen::Vector3d(0.9, 1.9, 3)).norm(), tolerance);
   // A quarter turn to the left: bottom-left comes to lie bottom-right.
@@ -208,8 +214,8 @@ TEST(Config, GridWithOneGapForAll) {
       "tag_map: {grid: {first_id: 10, rows: 2, columns: 2, tag_size_m: 0.1, row_gaps_m: 0.05, "
       "column_gaps_m: [0.2]}}\n");
   ASSERT_TRUE(config) << config.error().message;
-  ASSERT_EQ(config->map.tags().size(), 4u);
-  const Tag* last = config->map.Find(13);
+  ASSERT_EQ(config->set_up.map.tags().size(), 4u);
+  const Tag* last = config->set_up.map.Find(13);
   ASSERT_NE(last, nullptr);
   EXPECT_LT((last->world_from_tag.translation() - Eigen::Vector3d(0.2, 0.35, 0)).norm(), 1e-12);
 }

@@ -76,9 +76,10 @@ void BackwardsByThree(size_t count, const std::function<void(size_t, size_t)>& w
 TEST(ForRanges, HowABatchIsSplitChangesNoBit) {
   EstimatorSetup setup = CourseSetup();
   const auto flight = DrawFlight(ModelUnder(WhiteNoiseOn::kJerk, 5));
-  const auto whole = RunBatch(setup, flight.measurements);
-  setup.for_ranges = BackwardsByThree;
-  const auto split = RunBatch(setup, flight.measurements);
+  const auto whole = RunBatch(SetUpOf(setup), setup.options, flight.measurements);
+  BatchEstimator by_three(SetUpOf(setup), setup.options, BackwardsByThree);
+  for (const FrameMeasurements& m : flight.measurements) by_three.Add(m);
+  const auto split = by_three.Solve();
   ASSERT_TRUE(whole && split);
   EXPECT_EQ(whole->noise.corner_sigma_px, split->noise.corner_sigma_px);
   EXPECT_EQ(whole->noise.linear.psd, split->noise.linear.psd);

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/online/online.h"
+#include "estimator/online/guidance.h"
 #include "tests/support/flight_scene.h"
 
 namespace tagtwist {
@@ -61,6 +61,47 @@ TEST(OnlineEstimator, DetectionsAreFilteredAndImagesBesideThemGiveTracks) {
   }
 }
 
+// A clock whose time is always up, and the stages as they are told.
+TEST(OnlineEstimator, StopsWhenTheTimeIsUpAndTellsItsStages) {
+  const RenderedFlight flight = Flight(true);
+  bool is_up = false;
+  std::vector<FrameStage> stages;
+  OnlineOptions options;
+  options.detection_time_up = options.solve_time_up = [&] { return is_up; };
+  options.after_stage = [&](FrameStage stage) { stages.push_back(stage); };
+  auto estimator = OnlineEstimator::Create(DefaultConfig(), options);
+  ASSERT_TRUE(estimator);
+  for (int i = 0; i < kFrames; ++i) {
+    is_up = i + 1 == kFrames;
+    stages.clear();
+    const SimulatedFrame frame = flight.simulator.MakeFrame(i, flight.StampAt(0.02 * i));
+    const auto output = estimator->AddImage(frame.t_ns, frame.image);
+    ASSERT_TRUE(output);
+    EXPECT_EQ(output->current.status == FrameStatus::kOk, !is_up) << i;
+    EXPECT_EQ(estimator->measurements().cut_short, is_up);
+    EXPECT_EQ(stages, (std::vector<FrameStage>{FrameStage::kDetect, FrameStage::kTrack,
+                                               FrameStage::kClosedForm, FrameStage::kSolve}));
+  }
+}
+
+TEST(OnlineEstimator, MeasurementsOfElsewhereGiveTheSameStates) {
+  const RenderedFlight flight = Flight(true);
+  OnlineOptions options;
+  options.detection = DetectionMode::kFull;
+  auto from_images = OnlineEstimator::Create(DefaultConfig(), options),
+       from_measurements = OnlineEstimator::Create(DefaultConfig(), options);
+  ASSERT_TRUE(from_images && from_measurements);
+  EXPECT_FALSE(from_images->is_guided());
+  for (int i = 0; i < kFrames; ++i) {
+    const SimulatedFrame frame = flight.simulator.MakeFrame(i, flight.StampAt(0.02 * i));
+    const auto a = from_images->AddImage(frame.t_ns, frame.image);
+    const auto b = from_measurements->AddMeasurements(from_images->measurements());
+    ASSERT_TRUE(a && b);
+    EXPECT_EQ(a->current.covariance, b->current.covariance);
+  }
+  EXPECT_FALSE(from_measurements->AddMeasurements(from_images->measurements())) << "the same stamp";
+}
+
 TEST(OnlineEstimator, RefusesWhatCannotBeAndGoesOn) {
   const RenderedFlight flight = Flight(false);
   Config config = DefaultConfig();
@@ -78,7 +119,7 @@ TEST(OnlineEstimator, RefusesWhatCannotBeAndGoesOn) {
   EXPECT_EQ(late.error().message, "stamps must grow: " + stamp + " ns follows " + stamp + " ns");
   EXPECT_TRUE(estimator->AddTags(frame.t_ns + 20'000'000, frame.detections));
 
-  config.map = TagMap("tag99h99", config.map.tags());
+  config.set_up.map = TagMap("tag99h99", config.set_up.map.tags());
   EXPECT_FALSE(OnlineEstimator::Create(config));
 }
 

@@ -25,19 +25,9 @@ CalibrationFlight FlightAsConfigured(unsigned seed = 1, int frames = 250) {
 
 Estimate EstimateOf(const CalibrationFlight& flight) {
   const Config& c = flight.config;
-  auto run = RunBatch(MakeEstimatorSetup(c.camera, c.cam_from_body, c.map, c.estimator),
-                      flight.measurements);
-  Estimate out;
-  out.mode = "batch";
-  if (!run) {
-    ADD_FAILURE() << run.error().message;
-    return out;
-  }
-  out.frames = std::move(run->frames);
-  out.noise = run->noise;
-  out.reprojection_px = std::move(run->reprojection_px);
-  out.reprojection = std::move(run->reprojection);
-  return out;
+  auto out = RunBatch(c.set_up, c.estimator, flight.measurements);
+  EXPECT_TRUE(out) << out.error().message;
+  return out ? std::move(*out) : Estimate();
 }
 
 std::string TextOf(const std::vector<Finding>& findings) {
@@ -47,7 +37,7 @@ std::string TextOf(const std::vector<Finding>& findings) {
 }
 
 std::string FindingsOf(const CalibrationFlight& flight) {
-  return TextOf(Findings(EstimateOf(flight), flight.config.map, flight.ground_truth));
+  return TextOf(Findings(EstimateOf(flight), {}, flight.config.set_up.map, flight.ground_truth));
 }
 
 // The first flight and its estimate: what a test changes is a copy.
@@ -55,7 +45,7 @@ struct Case {
   CalibrationFlight flight = FlightAsConfigured();
   Estimate estimate = EstimateOf(flight);
   std::string Text() const {
-    return TextOf(Findings(estimate, flight.config.map, flight.ground_truth));
+    return TextOf(Findings(estimate, {}, flight.config.set_up.map, flight.ground_truth));
   }
 };
 
@@ -71,17 +61,17 @@ TEST(Findings, ASetUpAsConfiguredIsNotAccused) {
 
 TEST(Findings, NamesTheLens) {
   CalibrationFlight flight = FlightAsConfigured();
-  flight.config.camera.k1 = 0.03;
+  flight.config.set_up.rig.front().camera.k1 = 0.03;
   EXPECT_THAT(FindingsOf(flight), HasSubstr("the lens calibration is off"));
 }
 
 TEST(Findings, NamesATagThatMovedTooLittleToBeLeftOut) {
   CalibrationFlight flight = FlightAsConfigured(1, 400);
-  std::vector<Tag> tags = flight.config.map.tags();
+  std::vector<Tag> tags = flight.config.set_up.map.tags();
   const size_t moved = tags.size() / 2 + 1;
   Pose& place = tags[moved].world_from_tag;
   place = MakePose(place.rotation(), place.translation() + Eigen::Vector3d(0.0012, 0, 0));
-  flight.config.map = TagMap(flight.config.map.family(), tags);
+  flight.config.set_up.map = TagMap(flight.config.set_up.map.family(), tags);
   const std::string text = FindingsOf(flight);
   EXPECT_THAT(text, HasSubstr("Tag " + std::to_string(tags[moved].id) +
                               " has moved or is mapped wrongly: it lies 1."));
@@ -132,7 +122,7 @@ TEST(Findings, NamesRestlessStampsOfAWindow) {
   for (size_t i = 0; i < frames.size(); ++i) frames[i].t_ns += i % 2 == 0 ? 4'000'000 : -4'000'000;
   run.flight.ground_truth.clear();
   EXPECT_EQ(run.Text(), "") << "batch finds out by itself";
-  run.estimate.mode = "sliding_window";
+  run.estimate.mode = EstimateMode::kSlidingWindow;
   EXPECT_THAT(run.Text(),
               HasSubstr("Stamps are restless: 5.66 ms RMS around an interval of 40.0 ms."));
 }
@@ -166,7 +156,7 @@ TEST(Findings, NamesAnOutlyingStretch) {
 }
 
 TEST(Findings, OfNothingAreNone) {
-  EXPECT_TRUE(Findings(Estimate(), TagMap(), {}).empty());
+  EXPECT_TRUE(Findings(Estimate(), {}, TagMap(), {}).empty());
   EXPECT_EQ(CertaintyText(Estimate()), "");
 }
 

@@ -32,7 +32,7 @@ std::string OutputOf(const std::string& command) {
 std::string Report(bool window) {
   const Estimate estimate = SyntheticEstimate(300, window);
   ReportInput input;
-  input.facts = {"flight", 12.5, 200.25};
+  input.facts = SyntheticFacts("flight", estimate.frames.size());
   input.map = MakeTagMap(TagGrid());
   input.truth = SmoothTruth(8, 100);
   input.rows = CompareMethods(estimate, input.truth, {});

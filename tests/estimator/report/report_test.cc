@@ -21,7 +21,7 @@ namespace {
 
 std::string Report(const Estimate& estimate, bool truth = true) {
   ReportInput input;
-  input.facts = {"flights/<b>figure8</b> & more", 12.5, 200.25};
+  input.facts = SyntheticFacts("flights/<b>figure8</b> & more", estimate.frames.size());
   input.map = MakeTagMap(TagGrid());
   if (truth) input.truth = SmoothTruth(5, 100);
   input.rows = CompareMethods(estimate, input.truth, {});

@@ -8,6 +8,7 @@
 
 #include "estimator/report/files/result_reader.h"
 #include "estimator/report/files/states_csv.h"
+#include "estimator/report/files/summary_json.h"
 #include "frontend/io/tables/csv.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "tests/support/synthetic_estimate.h"
@@ -24,7 +25,7 @@ constexpr size_t kFrames = 90;
 
 ResultContext Context(const Estimate& estimate, bool truth = true) {
   ResultContext c;
-  c.facts = {"flights/<figure8>", 12.5, 200.25};
+  c.facts = SyntheticFacts("flights/<figure8>", estimate.frames.size());
   c.map = MakeTagMap(TagGrid());
   if (truth) c.truth = SmoothTruth(5, 100);
   c.rows = CompareMethods(estimate, c.truth, {});

@@ -29,7 +29,7 @@ std::vector<std::string> Keys(const nlohmann::ordered_json& object) {
 
 TEST(Summary, HasTheDesignedKeys) {
   const Estimate estimate = SyntheticEstimate(kFrames, false);
-  const auto s = SummaryJson(estimate, Rows(estimate), {});
+  const auto s = SummaryJson(estimate, Rows(estimate), SyntheticFacts("x", kFrames));
   EXPECT_THAT(Keys(s), ElementsAre("mode", "frames", "frames_estimated", "reprojection_px", "noise",
                                    "timing_ms", "wall_s", "peak_rss_mib", "bound", "accuracy",
                                    "dataset", "warnings", "version"));

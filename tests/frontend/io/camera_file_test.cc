@@ -178,8 +178,9 @@ TEST(CameraFile, IsNamedInAConfigurationBesideIt) {
   WriteText(folder / "config.yaml", "camera: {file: chain.yaml, name: cam1}\n");
   const auto config = LoadConfig(folder / "config.yaml");
   ASSERT_TRUE(config) << config.error().message;
-  ExpectSameCamera(config->camera, WideCamera());
-  EXPECT_EQ(config->cam_from_body.translation().x(), 0.5);  // the calibration's mount
+  ExpectSameCamera(config->set_up.rig.front().camera, WideCamera());
+  EXPECT_EQ(config->set_up.rig.front().cam_from_body.translation().x(),
+            0.5);  // the calibration's mount
 
   WriteText(folder / "mount.yaml",
             "camera: {file: chain.yaml, name: cam0}\n"
@@ -187,12 +188,13 @@ TEST(CameraFile, IsNamedInAConfigurationBesideIt) {
   const ConfigFiles files{folder / "mount.yaml", folder / "chain.yaml", "cam1", {}};
   const auto overridden = LoadConfig(files);
   ASSERT_TRUE(overridden) << overridden.error().message;
-  ExpectSameCamera(overridden->camera, WideCamera());
-  EXPECT_EQ(overridden->cam_from_body.translation().x(), 7);
+  ExpectSameCamera(overridden->set_up.rig.front().camera, WideCamera());
+  EXPECT_EQ(overridden->set_up.rig.front().cam_from_body.translation().x(), 7);
 
   const auto bare = LoadConfig({"", folder / "chain.yaml", "cam0", {}});
   ASSERT_TRUE(bare) << bare.error().message;
-  EXPECT_EQ(bare->cam_from_body.params, Pose().params);  // the camera is the body
+  EXPECT_EQ(bare->set_up.rig.front().cam_from_body.params,
+            Pose().params);  // the camera is the body
 }
 
 }  // namespace

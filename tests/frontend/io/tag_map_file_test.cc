@@ -10,6 +10,7 @@
 #include "estimator/online/config.h"
 #include "frontend/front_end.h"
 #include "frontend/io/setup/tag_map_text.h"
+#include "frontend/simulation/renderer.h"
 #include "frontend/simulation/simulator.h"
 #include "frontend/tags/find_tags.h"
 #include "tests/support/map_formats.h"
@@ -185,11 +186,11 @@ TEST(TagMapFile, IsNamedInAConfigurationBesideIt) {
   WriteText(folder / "config.yaml", "tag_map: {file: field.json, tag_size_m: 0.2}\n");
   const auto config = LoadConfig(folder / "config.yaml");
   ASSERT_TRUE(config) << config.error().message;
-  ExpectSameMap(config->map, *Read(kOwnMap));
+  ExpectSameMap(config->set_up.map, *Read(kOwnMap));
   WriteText(folder / "grid.yaml", kKalibrGrid);
   const auto other = LoadConfig({folder / "config.yaml", "", "", {folder / "grid.yaml", {}, ""}});
   ASSERT_TRUE(other) << other.error().message;
-  EXPECT_EQ(other->map.family(), "tag36h11b2");
+  EXPECT_EQ(other->set_up.map.family(), "tag36h11b2");
 }
 
 }  // namespace

@@ -28,7 +28,8 @@ SplineTrajectory Flight(const std::string& name, const TagMap& map = MakeTagMap(
 
 Simulator MustMake(const SimulatorOptions& options, const std::string& flight = "figure8",
                    const TagMap& map = MakeTagMap({})) {
-  auto made = Simulator::Make({}, CourseCamFromBody(), map, Flight(flight, map), options);
+  auto made =
+      Simulator::Make(MakeSetUp({}, CourseCamFromBody(), map), Flight(flight, map), options);
   EXPECT_TRUE(made) << made.error().message;
   return *made;
 }
@@ -156,8 +157,8 @@ TEST(SimulatedImages, EveryFamilyThatIsQuickToLoadIsReadBack) {
     for (TruthSample& pose : poses) {
       pose.world_from_body = MakePose(Eigen::Quaterniond::Identity(), {0, 0, 1.0});
     }
-    const auto simulator =
-        Simulator::Make({}, CourseCamFromBody(), map, *SplineTrajectory::Fit(poses, {}), options);
+    const auto simulator = Simulator::Make(MakeSetUp({}, CourseCamFromBody(), map),
+                                           *SplineTrajectory::Fit(poses, {}), options);
     ASSERT_TRUE(simulator) << simulator.error().message;
     const SimulatedFrame frame = simulator->MakeFrame(0, 0);
     const auto seen = detector->Detect(frame.image);

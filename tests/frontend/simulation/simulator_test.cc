@@ -30,7 +30,8 @@ SplineTrajectory Flight(const std::string& name, const TagMap& map = MakeTagMap(
 
 Simulator MustMake(const SimulatorOptions& options, const std::string& flight = "figure8",
                    const TagMap& map = MakeTagMap({})) {
-  auto made = Simulator::Make({}, CourseCamFromBody(), map, Flight(flight, map), options);
+  auto made =
+      Simulator::Make(MakeSetUp({}, CourseCamFromBody(), map), Flight(flight, map), options);
   EXPECT_TRUE(made) << made.error().message;
   return *made;
 }
@@ -117,7 +118,8 @@ TEST(Simulator, BentTagsAreSeenByTheirCornersAndNotDrawn) {
       EXPECT_LT((pixel - tag.corners[c]).norm(), 1e-9);
     }
   }
-  const auto drawn = Simulator::Make({}, CourseCamFromBody(), map, Flight("figure8", map), {});
+  const auto drawn =
+      Simulator::Make(MakeSetUp({}, CourseCamFromBody(), map), Flight("figure8", map), {});
   ASSERT_FALSE(drawn);
   EXPECT_EQ(drawn.error().message,
             "tag 0: bend_m: expected 0 with images, which are drawn of plane tags");
@@ -183,8 +185,8 @@ TEST(Simulator, TagsBehindTagsAndWallsAreNotDetected) {
   for (TruthSample& pose : poses) pose.world_from_body = MakePose(flat, {0.1, 0.1, 1.2});
   SimulatorOptions options = DetectionsOnly();
   const auto ids = [&] {
-    const auto simulator =
-        Simulator::Make({}, CourseCamFromBody(), map, *SplineTrajectory::Fit(poses, {}), options);
+    const auto simulator = Simulator::Make(MakeSetUp({}, CourseCamFromBody(), map),
+                                           *SplineTrajectory::Fit(poses, {}), options);
     std::vector<int> out;
     for (const TagDetection& tag : simulator->MakeFrame(0, 0).detections) out.push_back(tag.id);
     return out;

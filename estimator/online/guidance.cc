@@ -1,4 +1,4 @@
-#include "estimator/online/online.h"
+#include "estimator/online/guidance.h"
 
 #include <algorithm>
 

@@ -1,0 +1,40 @@
+#include "estimator/batch/batch_states.h"
+
+#include <utility>
+
+namespace tagtwist {
+
+std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
+                                const std::vector<TrackSegment>& segments) {
+  std::vector<bool> sees(frames.size());
+  for (size_t i = 0; i < frames.size(); ++i) sees[i] = !frames[i].tags.empty();
+  if (setup.options.use_tracks) {
+    for (const TrackSegment& segment : segments) {
+      for (int i = segment.first_frame; i <= segment.last_frame(); ++i) {
+        sees[static_cast<size_t>(i)] = true;
+      }
+    }
+  }
+  std::vector<int> state_of_frame;
+  int n_states = 0;
+  for (const bool has_state : sees) state_of_frame.push_back(has_state ? n_states++ : -1);
+  return state_of_frame;
+}
+
+GraphInput InputOfStates(const std::vector<int>& state_of_frame,
+                         const std::vector<TrackSegment>& segments,
+                         std::vector<GraphFrame>* frames) {
+  GraphInput input;
+  for (size_t i = 0; i < frames->size(); ++i) {
+    if (state_of_frame[i] >= 0) input.frames.push_back(std::move((*frames)[i]));
+  }
+  for (const TrackSegment& segment : segments) {
+    const int state = state_of_frame[static_cast<size_t>(segment.first_frame)];
+    if (state < 0) continue;  // tracks are not used
+    input.segments.push_back(segment);
+    input.segments.back().first_frame = state;
+  }
+  return input;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,166 @@
+#include "estimator/jobs/online_run.h"
+
+#include <optional>
+#include <utility>
+
+#include "estimator/jobs/measurement_stream.h"
+#include "estimator/jobs/recording_walk.h"
+#include "estimator/live/frame_deadline.h"
+#include "estimator/live/stopwatch.h"
+#include "estimator/online/online_estimator.h"
+
+namespace tagtwist {
+
+// It stays where it is: the estimator's options refer to it.
+struct OnlineRun::Impl {
+  Impl(const std::string& dataset, DataSource* from, const Config& with_config,
+       const RunOptions& with_options)
+      : source(from),
+        config(with_config),
+        options(with_options),
+        walk(dataset, from->stamps_ns().size(), with_options) {
+    out.estimate.mode = EstimateMode::kSlidingWindow;
+    out.facts.dataset = dataset;
+    out.facts.deadline_ms = options.deadline_ms;
+    if (options.age_ms) out.facts.live.emplace();
+    if (options.deadline_ms) deadline.emplace(*options.deadline_ms);
+  }
+
+  OnlineOptions MakeOnlineOptions();
+  Status MakeEstimator();
+  void TakeTime(FrameStage stage);
+  Result<std::optional<WindowOutput>> NextOfImage();
+  Result<std::optional<WindowOutput>> NextOfStream();
+  void Keep(WindowOutput output);
+
+  DataSource* source;
+  Config config;
+  RunOptions options;
+  RecordingWalk walk;
+  std::optional<FrameDeadline> deadline;
+  Stopwatch since_last_stage;
+  std::optional<OnlineEstimator> estimator;
+  std::optional<MeasurementStream> stream;  // where detection is not guided
+  RunResult out;
+};
+
+OnlineOptions OnlineRun::Impl::MakeOnlineOptions() {
+  OnlineOptions online;
+  // Detections at hand need no search: what is in the stream is measured.
+  online.detection = options.use_detections && options.detection == DetectionMode::kAuto
+                         ? DetectionMode::kFull
+                         : options.detection;
+  if (deadline) {
+    online.detection_time_up = deadline->ForDetection();
+    online.solve_time_up = deadline->ForSolve();
+  }
+  online.after_stage = [this](FrameStage stage) { TakeTime(stage); };
+  return online;
+}
+
+Status OnlineRun::Impl::MakeEstimator() {
+  auto made = OnlineEstimator::Create(config, MakeOnlineOptions());
+  if (!made) return made.error();
+  estimator.emplace(std::move(*made));
+  if (estimator->is_guided()) return Ok();
+  auto measured =
+      MeasurementStream::Create(source, config, options.use_detections, options.threads);
+  if (!measured) return measured.error();
+  stream.emplace(std::move(*measured));
+  if (deadline) stream->SetDeadline(&*deadline);
+  return Ok();
+}
+
+void OnlineRun::Impl::TakeTime(FrameStage stage) {
+  StageTimes& times = out.facts.times;
+  const double ms = since_last_stage.ElapsedMs();
+  if (stage == FrameStage::kDetect) {
+    times.detect_ms.push_back(ms);
+    times.frame_ms.push_back(0);
+  }
+  if (stage == FrameStage::kTrack) times.track_ms.push_back(ms);
+  if (stage == FrameStage::kClosedForm) times.seed_ms.push_back(ms);
+  if (stage == FrameStage::kSolve) times.optimise_ms.push_back(ms);
+  times.frame_ms.back() += ms;
+  since_last_stage = Stopwatch();
+}
+
+Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
+  const auto frame = NextFrame(source, config.set_up.rig.front().camera);
+  if (!frame) return frame.error();
+  if (!*frame || !walk.Takes((*frame)->t_ns)) return std::optional<WindowOutput>();
+  if (deadline) deadline->Start();
+  since_last_stage = Stopwatch();
+  auto output = estimator->AddImage((*frame)->t_ns, (*frame)->image);
+  if (!output) return walk.OfFrame(output.error());
+  const std::string& problem = (*frame)->image_problem;
+  walk.Add(problem.empty() ? problem : (*frame)->name + ": " + problem,
+           !estimator->measurements().tags.empty());
+  return std::optional<WindowOutput>(std::move(*output));
+}
+
+Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfStream() {
+  auto frame = stream->Next();
+  if (!frame) return frame.error();
+  if (!*frame || !walk.Takes((*frame)->measurements.t_ns)) return std::optional<WindowOutput>();
+  AddStageTimes(**frame, &out.facts.times);
+  since_last_stage = Stopwatch();
+  auto output = estimator->AddMeasurements(std::move((*frame)->measurements));
+  if (!output) return walk.OfFrame(output.error());
+  walk.Add((*frame)->image_problem, !estimator->measurements().tags.empty());
+  return std::optional<WindowOutput>(std::move(*output));
+}
+
+void OnlineRun::Impl::Keep(WindowOutput output) {
+  Estimate& estimate = out.estimate;
+  if (options.age_ms) {
+    out.facts.live->latency_ms.push_back(options.age_ms(output.current.t_ns));
+  }
+  for (FrameEstimate& left : output.lagged) estimate.lagged.push_back(std::move(left));
+  estimate.frames.push_back(std::move(output.current));
+  estimate.reprojection_px.insert(estimate.reprojection_px.end(), output.reprojection_px.begin(),
+                                  output.reprojection_px.end());
+}
+
+Result<OnlineRun> OnlineRun::Create(const std::string& dataset, DataSource* source,
+                                    const Config& config, const RunOptions& options) {
+  auto impl = std::make_unique<Impl>(dataset, source, config, options);
+  if (const auto made = impl->MakeEstimator(); !made) return made.error();
+  return OnlineRun(std::move(impl));
+}
+
+OnlineRun::OnlineRun(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+OnlineRun::OnlineRun(OnlineRun&&) noexcept = default;
+OnlineRun& OnlineRun::operator=(OnlineRun&&) noexcept = default;
+OnlineRun::~OnlineRun() = default;
+
+Result<const FrameEstimate*> OnlineRun::Next() {
+  const FrameEstimate* const end = nullptr;
+  if (!impl_->walk.HasRoom()) return end;
+  auto output = impl_->stream ? impl_->NextOfStream() : impl_->NextOfImage();
+  if (!output) return output.error();
+  if (!*output) return end;
+  impl_->Keep(std::move(**output));
+  const FrameEstimate* const state = &impl_->out.estimate.frames.back();
+  return state;
+}
+
+Result<RunResult> OnlineRun::Finish() {
+  auto warnings = impl_->walk.Finish();
+  if (!warnings) return warnings.error();
+  if (const auto fine = impl_->estimator->window().CheckSetUp(); !fine) {
+    return Error{impl_->out.facts.dataset + ": " + fine.error().message};
+  }
+  Estimate& estimate = impl_->out.estimate;
+  for (FrameEstimate& frame : impl_->estimator->Finish()) {
+    estimate.lagged.push_back(std::move(frame));
+  }
+  const SlidingWindow& window = impl_->estimator->window();
+  estimate.noise = window.noise();
+  estimate.reprojection = window.Reprojection();
+  estimate.warnings = std::move(*warnings);
+  for (std::string& warning : window.Warnings()) estimate.warnings.push_back(std::move(warning));
+  return std::move(impl_->out);
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,26 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+
+#include "estimator/online/online_options.h"
+
+namespace tagtwist {
+
+/// How a recording is gone through.
+struct RunOptions {
+  DetectionMode detection = DetectionMode::kAuto;  // full in a batch, and of detections at hand
+  bool sliding_window = false;
+  bool use_detections = false;
+  size_t max_frames = std::numeric_limits<size_t>::max();
+  int64_t duration_ns = std::numeric_limits<int64_t>::max();  // from the first frame's stamp
+  std::optional<double> deadline_ms;                          // of a frame, window mode
+  /// Live: milliseconds since the moment of a stamp.
+  std::function<double(int64_t t_ns)> age_ms;
+  int threads = 1;       // >= 1; the result does not depend on it
+  bool progress = true;  // a bar on standard error, where that is a terminal
+};
+
+}  // namespace tagtwist

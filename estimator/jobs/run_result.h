@@ -1,0 +1,13 @@
+#pragma once
+#include "estimator/result/estimate.h"
+#include "estimator/result/run_facts.h"
+
+namespace tagtwist {
+
+/// What a run gives. The facts have no wall time and no memory: those are of the whole program.
+struct RunResult {
+  Estimate estimate;
+  RunFacts facts;
+};
+
+}  // namespace tagtwist

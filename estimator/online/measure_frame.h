@@ -1,0 +1,25 @@
+#pragma once
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "estimator/online/online_options.h"
+#include "frontend/front_end.h"
+#include "frontend/types/measurements.h"
+
+namespace tagtwist {
+
+/// A frame whose tags are found.
+struct DetectedFrame {
+  int64_t t_ns = 0;
+  std::vector<TagDetection> tags;
+  bool cut_short = false;  // the time was up before all were looked for
+  cv::Mat image;           // empty: none, or a bad one
+};
+
+/// Tracks and closed form of the next frame. Where detection's time is up no more is tracked:
+/// tracks end. Tells the options of stages kTrack and kClosedForm.
+FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
+                               FrontEnd* front_end);
+
+}  // namespace tagtwist

@@ -1,0 +1,25 @@
+#pragma once
+#include <functional>
+
+#include "frontend/base/time_up.h"
+
+namespace tagtwist {
+
+/// How tags are found: where the window says that they are, or by searching each image. kAuto is
+/// guided where the detector's options refine patterns, else full.
+enum class DetectionMode { kAuto, kFull, kGuided };
+
+/// What is done with a frame, in this order.
+enum class FrameStage { kDetect, kTrack, kClosedForm, kSolve };
+
+/// How an online run goes about its frames.
+struct OnlineOptions {
+  DetectionMode detection = DetectionMode::kAuto;
+  /// When the frame at hand must be done with, told by whoever has a clock: detection stops when
+  /// the first says so and tracks end there; the solve stops when the second does.
+  TimeUp detection_time_up = {}, solve_time_up = {};
+  /// Called as each stage of a frame is done, for whoever times them.
+  std::function<void(FrameStage)> after_stage = {};
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,20 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "frontend/base/files/run_files.h"
+
+namespace tagtwist {
+
+/// Names of all files that WriteResults may write into a folder.
+const std::vector<std::string>& ResultNames();
+
+/// What of WriteResults' files a run may write.
+struct ResultKinds {
+  bool window = false, covariance = false, calibration = false, mapping = false;
+};
+
+/// Those files, and what of older runs goes where this run does not write it.
+OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds);
+
+}  // namespace tagtwist

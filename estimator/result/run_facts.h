@@ -1,0 +1,31 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tagtwist {
+
+/// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode
+/// optimise_ms has one entry: the whole solve.
+struct StageTimes {
+  std::vector<double> detect_ms, track_ms, seed_ms, optimise_ms, frame_ms;
+};
+
+/// A run whose frames came when they came.
+struct LiveRun {
+  size_t frames_dropped = 0;       // came while others waited
+  std::vector<double> latency_ms;  // from stamp to state, one a frame
+};
+
+/// Facts of a run, which its estimate does not depend on.
+struct RunFacts {
+  std::string dataset;      // as the user named it
+  double wall_s = 0;        // from start to the writing of the results
+  double peak_rss_mib = 0;  // largest memory held so far
+  StageTimes times = {};
+  std::optional<LiveRun> live = {};
+  std::optional<double> deadline_ms = {};  // of a frame, where there was one
+};
+
+}  // namespace tagtwist

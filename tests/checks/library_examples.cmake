@@ -1,0 +1,16 @@
+# docs/library.md shows the programs of tests/installed/ as they are, each in at most 20 lines. Run with
+# -DROOT=<source tree>.
+cmake_minimum_required(VERSION 3.23)
+file(READ ${ROOT}/docs/library.md docs)
+foreach(name example.h batch.cc rolling_shutter.cc online.cc)
+  file(READ ${ROOT}/tests/installed/${name} text)
+  string(FIND "${docs}" "```cpp\n${text}```\n" place)
+  if(place EQUAL -1)
+    message(FATAL_ERROR "docs/library.md does not show tests/installed/${name} as it is")
+  endif()
+  string(REGEX MATCHALL "\n" lines "${text}")
+  list(LENGTH lines count)
+  if(name MATCHES "[.]cc$" AND count GREATER 20)
+    message(FATAL_ERROR "tests/installed/${name} has ${count} lines, more than 20")
+  endif()
+endforeach()
