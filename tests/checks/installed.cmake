@@ -31,7 +31,7 @@ foreach(step
     "${CMAKE_COMMAND}|--build|${WORK}/build_estimator_only"
     "${WORK}/build_estimator_only/estimator_only"
     "${simulate}|${WORK}/flight|--trajectory|hover|--duration|1"
-    "${simulate}|${WORK}/rolling|--trajectory|agile|--duration|4|--images=false|--line_time_s|60e-6"
+    "${simulate}|${WORK}/rolling|--trajectory|figure8|--duration|4|--images=false|--line_time_s|60e-6"
     "${WORK}/build/batch|${course}|${WORK}/flight"
     "${WORK}/build/online|${course}|${WORK}/flight"
     "${WORK}/build/rolling_shutter|${WORK}/rolling.yaml|${WORK}/rolling"
