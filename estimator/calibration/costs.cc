@@ -1,9 +1,9 @@
 #include "estimator/calibration/costs.h"
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "frontend/base/least_squares.h"
 #include "frontend/base/robust.h"
 #include "frontend/types/truth.h"
 #include "residuals/truth_residual.h"
@@ -42,54 +42,64 @@ bool LinearizeView(const CalibrationState& state, const CalibrationFrame& frame,
                                 view.pixels, view.whitener, shutter, out, shared);
 }
 
-std::optional<PoseNormals> LinearizePose(const CalibrationProblem& problem,
-                                         const CalibrationState& state,
-                                         const CalibrationFrame& frame,
-                                         const CalibrationNoise& noise) {
-  PoseNormals out;
+std::optional<QuadraticForm<6>> LinearizePose(const CalibrationProblem& problem,
+                                              const CalibrationState& state,
+                                              const CalibrationFrame& frame,
+                                              const CalibrationNoise& noise) {
+  QuadraticForm<6> out;
   TagCalibrationResidual at;
   for (const CalibrationView& view : frame.views()) {
     if (!LinearizeView(state, frame, view, &at, false)) return std::nullopt;
     const RobustLoss loss = Huber(at.residual.squaredNorm(), HuberDelta(problem.robust_scale, 8));
-    out.cost += loss.cost;
-    out.information += loss.weight * at.by_cam.transpose().lazyProduct(at.by_cam);
-    out.gradient += loss.weight * at.by_cam.transpose().lazyProduct(at.residual);
+    out.Add(at.by_cam, at.residual, loss.cost, loss.weight);
   }
   if (!frame.has_truth) return out;
   const auto truth = LinearizeTruth(problem, state, frame, noise);
   if (!truth) return std::nullopt;
   const RobustLoss loss = Huber(truth->residual.squaredNorm(), HuberDelta(problem.robust_scale, 6));
-  out.cost += loss.cost;
-  out.information += loss.weight * truth->by_cam.transpose().lazyProduct(truth->by_cam);
-  out.gradient += loss.weight * truth->by_cam.transpose().lazyProduct(truth->residual);
+  out.Add(truth->by_cam, truth->residual, loss.cost, loss.weight);
   return out;
 }
 
+namespace {
+
+// A frame's pose, the shared parameters known.
+struct PoseOfFrame {
+  using State = CalibrationFrame;
+  using Normals = QuadraticForm<6>;
+
+  const CalibrationProblem& problem;
+  const CalibrationState& state;
+  const CalibrationNoise& noise;
+
+  std::optional<Normals> Linearise(const CalibrationFrame& frame) const {
+    return LinearizePose(problem, state, frame, noise);
+  }
+  std::optional<LeastSquaresStep<PoseStep>> Solve(const CalibrationFrame&, double damping,
+                                                  Normals* normals) const {
+    Normals ridged = *normals;
+    ridged.hessian.diagonal().array() += kPoseRidge;
+    return DampedStep(ridged, damping);
+  }
+  CalibrationFrame Step(CalibrationFrame frame, const PoseStep& dx) const {
+    frame.world_from_cam = Retract(frame.world_from_cam, dx);
+    return frame;
+  }
+};
+
+}  // namespace
+
 std::optional<double> AdjustPose(const CalibrationProblem& problem, const CalibrationState& state,
                                  const CalibrationNoise& noise, CalibrationFrame* frame) {
-  constexpr int kMaxSteps = 50;
-  constexpr double kEnough = 1e-6, kMostDamping = 1e9;  // gain in half squares that ends the search
-  auto normals = LinearizePose(problem, state, *frame, noise);
-  if (!normals) return std::nullopt;
-  double damping = 1e-6;
-  for (int i = 0; i < kMaxSteps && damping < kMostDamping; ++i) {
-    Eigen::Matrix<double, 6, 6> damped = normals->information;
-    damped.diagonal() *= 1 + damping;
-    damped.diagonal().array() += kPoseRidge;
-    const Eigen::Matrix<double, 6, 1> step = damped.llt().solve(normals->gradient);
-    if (0.5 * step.dot(normals->gradient) < kEnough) break;
-    CalibrationFrame moved = *frame;
-    moved.world_from_cam = Retract(frame->world_from_cam, -step);
-    const auto there = LinearizePose(problem, state, moved, noise);
-    if (there && there->cost <= normals->cost) {
-      *frame = moved;
-      normals = there;
-      damping *= 0.1;
-    } else {
-      damping = std::max(1e-3, 10 * damping);
-    }
-  }
-  return normals->cost;
+  LeastSquaresOptions options;
+  options.max_steps = 50;
+  options.first_damping = 1e-6;
+  options.absolute_tolerance = 1e-6;
+  PoseOfFrame pose{problem, state, noise};
+  auto found = SolveLeastSquares(pose, *frame, options);
+  if (found.end == LeastSquaresEnd::kNotEvaluable) return std::nullopt;
+  *frame = std::move(found.x);
+  return found.cost;
 }
 
 }  // namespace tagtwist

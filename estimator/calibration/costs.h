@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "estimator/calibration/problem.h"
+#include "frontend/base/quadratic_form.h"
 #include "residuals/tag_calibration_residual.h"
 
 namespace tagtwist {
@@ -28,16 +29,12 @@ bool LinearizeView(const CalibrationState& state, const CalibrationFrame& frame,
 
 constexpr double kPoseRidge = 1e-9;  // added to the information of a pose that its tags leave open
 
-/// A frame's pose by its own measurements, the shared parameters known.
-struct PoseNormals {
-  double cost = 0;  // half the sum of squares, robust
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
-};
-std::optional<PoseNormals> LinearizePose(const CalibrationProblem& problem,
-                                         const CalibrationState& state,
-                                         const CalibrationFrame& frame,
-                                         const CalibrationNoise& noise);
+/// A frame's own measurements as a form in its pose, robust, the shared parameters known. nullopt
+/// where they cannot be evaluated.
+std::optional<QuadraticForm<6>> LinearizePose(const CalibrationProblem& problem,
+                                              const CalibrationState& state,
+                                              const CalibrationFrame& frame,
+                                              const CalibrationNoise& noise);
 
 /// Refines a frame's pose, the shared parameters known, by Levenberg-Marquardt; its cost there.
 /// nullopt, the frame unchanged, where its measurements cannot be evaluated.

@@ -38,10 +38,10 @@ FrameColumns ColumnsOf(const CalibrationLayout& layout, const CalibrationFrame& 
 // Adds a view to the shared normal equations, and to the frame's own: by the pose, and between the
 // pose and the columns. `view`: its place among the frame's.
 void AddView(const TagCalibrationResidual& at, double weight, const FrameColumns& columns,
-             size_t view, CalibrationNormals* out, PoseNormals* pose,
+             size_t view, CalibrationNormals* out, QuadraticForm<6>* pose,
              Eigen::Matrix<double, 6, Eigen::Dynamic>* by_columns) {
   const Eigen::Matrix<double, 6, 8> cam = weight * at.by_cam.transpose();
-  pose->information += cam.lazyProduct(at.by_cam);
+  pose->hessian += cam.lazyProduct(at.by_cam);
   pose->gradient += cam.lazyProduct(at.residual);
   const Eigen::Index n = at.by_lens.cols() + 2;
   Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxGlobals> by_global(8, n);
@@ -62,9 +62,9 @@ void AddView(const TagCalibrationResidual& at, double weight, const FrameColumns
 }
 
 void AddTruth(const WhitenedTruth& at, double weight, Eigen::Index first, CalibrationNormals* out,
-              PoseNormals* pose, Eigen::Matrix<double, 6, Eigen::Dynamic>* by_columns) {
+              QuadraticForm<6>* pose, Eigen::Matrix<double, 6, Eigen::Dynamic>* by_columns) {
   const Matrix6 cam = weight * at.by_cam.transpose();
-  pose->information += cam.lazyProduct(at.by_cam);
+  pose->hessian += cam.lazyProduct(at.by_cam);
   pose->gradient += cam.lazyProduct(at.residual);
   by_columns->middleCols<kTruthColumns>(first) += cam.lazyProduct(at.by_shared);
   const Eigen::Matrix<double, kTruthColumns, 6> shared = weight * at.by_shared.transpose();
@@ -117,11 +117,12 @@ EliminatedFrame Keep(const FrameColumns& columns) {
 }
 
 // Eliminates the pose.
-EliminatedFrame Eliminate(PoseNormals pose, const Eigen::Matrix<double, 6, Eigen::Dynamic>& by_all,
+EliminatedFrame Eliminate(QuadraticForm<6> pose,
+                          const Eigen::Matrix<double, 6, Eigen::Dynamic>& by_all,
                           const FrameColumns& columns, double damping, CalibrationNormals* out) {
-  pose.information.diagonal() *= 1 + damping;
-  pose.information.diagonal().array() += kPoseRidge;
-  const Eigen::LLT<Matrix6> llt(pose.information);
+  pose.hessian.diagonal() *= 1 + damping;
+  pose.hessian.diagonal().array() += kPoseRidge;
+  const Eigen::LLT<Matrix6> llt(pose.hessian);
   EliminatedFrame frame;
   frame.offset = llt.solve(pose.gradient);
   frame.covariance = llt.solve(Matrix6::Identity());
@@ -172,7 +173,7 @@ CalibrationNormals LinearizeCalibration(const CalibrationProblem& problem,
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_columns;
   for (const CalibrationFrame& frame : frames) {
     const FrameColumns columns = ColumnsOf(layout, frame, free_tags);
-    PoseNormals pose;
+    QuadraticForm<6> pose;
     by_columns.setZero(6, columns.size());
     size_t k = 0;
     for (const CalibrationView& view : frame.views()) {
