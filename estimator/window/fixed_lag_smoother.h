@@ -83,10 +83,10 @@ class FixedLagSmoother {
   OtherPlace other_place_;                    // that the latest frames tell
   std::optional<int64_t> last_tag_ns_;        // of the frames that left
   TagAudit audit_;                            // of the frames that left
-  ReprojectionTally reprojection_;            // likewise
-  PredictionCheck prediction_check_;          // likewise
-  WindowPower power_;                         // likewise
-  NoiseStatistics statistics_;                // likewise, fading
+  ReprojectionTally reprojection_;            // of the frames that left
+  PredictionCheck prediction_check_;          // of the frames that left
+  WindowPower power_;                         // of the frames that left
+  NoiseStatistics statistics_;                // of the frames that left, fading
   bool has_learned_ = false;
   int frames_of_learning_ = 0;  // that were too short for it
 };
