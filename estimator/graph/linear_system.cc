@@ -15,8 +15,6 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr int kSize = BlockBandedMatrix::kSize;
-
 // Where a block starts in the error state of its state.
 int OffsetInState(BlockRef::Kind kind) { return kind == BlockRef::Kind::kPose ? 0 : 6; }
 
@@ -55,7 +53,7 @@ void AddTag(int state, const LinearFactor& linear, LinearSystem* system) {
   const Eigen::Map<const Eigen::Matrix<double, 8, 1>> residual(linear.residual.data());
   system->hessian.At(state, state).topLeftCorner<6, 6>() +=
       jacobian.transpose().lazyProduct(jacobian);
-  system->gradient.segment<6>(kSize * state) += jacobian.transpose().lazyProduct(residual);
+  system->gradient.segment<6>(kBlockSize * state) += jacobian.transpose().lazyProduct(residual);
 }
 
 void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
@@ -68,7 +66,7 @@ void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSyst
     const int size_a = TangentSize(a.kind);
     if (a.kind != BlockRef::Kind::kPoint) {
       const auto jacobian_a = linear.jacobian.middleCols(column_a, size_a);
-      system->gradient.segment(kSize * a.index + OffsetInState(a.kind), size_a).noalias() +=
+      system->gradient.segment(kBlockSize * a.index + OffsetInState(a.kind), size_a).noalias() +=
           jacobian_a.transpose() * linear.residual;
       int column_b = 0;
       for (const BlockRef& b : factor.blocks) {
@@ -100,7 +98,7 @@ void EliminatePoint(const PointSystem& point, LinearSystem* system) {
   if (!inverse.allFinite()) return;
   for (const auto& [a, pose_point_a] : point.pose_point) {
     const Eigen::Matrix<double, 6, 2> gain = pose_point_a * inverse;
-    system->gradient.segment<6>(kSize * a).noalias() -= gain * point.gradient;
+    system->gradient.segment<6>(kBlockSize * a).noalias() -= gain * point.gradient;
     for (const auto& [b, pose_point_b] : point.pose_point) {
       if (b > a) continue;
       system->hessian.At(a, b).topLeftCorner<6, 6>().noalias() -= gain * pose_point_b.transpose();
@@ -211,7 +209,7 @@ void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,
     for (int i = 0; i < 3; ++i) {
       const int column = part.columns[static_cast<size_t>(i)];
       j[0].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, column);
-      j[1].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, kSize + column);
+      j[1].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, kBlockSize + column);
     }
     for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
       const auto& j_a = j[static_cast<size_t>(a)];
@@ -226,7 +224,7 @@ void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,
       const Eigen::Matrix<double, 9, 1> g =
           j[static_cast<size_t>(s)].transpose().lazyProduct(residual);
       for (int i = 0; i < 3; ++i) {
-        const int row = kSize * (state + s) + part.columns[static_cast<size_t>(i)];
+        const int row = kBlockSize * (state + s) + part.columns[static_cast<size_t>(i)];
         system->gradient.segment<3>(row) += g.segment<3>(3 * i);
       }
     }
@@ -236,7 +234,7 @@ void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
   const int size = static_cast<int>(graph.states.size());
   LinearSystem system{BlockBandedMatrix(size, std::min(size - 1, Bandwidth(graph, use))),
-                      Eigen::VectorXd::Zero(kSize * size), 0, true};
+                      Eigen::VectorXd::Zero(kBlockSize * size), 0, true};
   std::vector<PointSystem> points(graph.points.size());
   LinearFactor linear;
   for (size_t f = 0; f < graph.factors.size(); ++f) {

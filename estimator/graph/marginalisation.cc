@@ -31,10 +31,8 @@ std::vector<BlockRef> RemainingBlocks(const Graph& graph, const std::vector<bool
   return blocks;
 }
 
-constexpr int kSize = BlockBandedMatrix::kSize;
-
 int Row(const BlockRef& block) {
-  return kSize * block.index + (block.kind == BlockRef::Kind::kRates ? 6 : 0);
+  return kBlockSize * block.index + (block.kind == BlockRef::Kind::kRates ? 6 : 0);
 }
 
 // Normal equations of the remaining blocks after the Schur complement over state 0.
@@ -47,11 +45,12 @@ Marginal SchurComplement(const LinearSystem& system, const std::vector<BlockRef>
   Eigen::Index size = 0;
   for (const BlockRef& block : blocks) size += TangentSize(block.kind);
   Marginal m{Eigen::MatrixXd(size, size), Eigen::VectorXd(size)};
-  Eigen::MatrixXd cross(kSize, size);  // H(state 0, blocks)
+  Eigen::MatrixXd cross(kBlockSize, size);  // H(state 0, blocks)
   const auto block_at = [&](const BlockRef& a, const BlockRef& b) -> Eigen::MatrixXd {
     const int rows = TangentSize(a.kind), columns = TangentSize(b.kind);
     if (a.index - b.index > system.hessian.bandwidth()) return Eigen::MatrixXd::Zero(rows, columns);
-    return system.hessian.At(a.index, b.index).block(Row(a) % kSize, Row(b) % kSize, rows, columns);
+    return system.hessian.At(a.index, b.index)
+        .block(Row(a) % kBlockSize, Row(b) % kBlockSize, rows, columns);
   };
   Eigen::Index row = 0;
   for (size_t i = 0; i < blocks.size(); ++i) {
@@ -72,7 +71,7 @@ Marginal SchurComplement(const LinearSystem& system, const std::vector<BlockRef>
   const Eigen::LDLT<BlockBandedMatrix::Block> leaving(
       system.hessian.At(0, 0).selfadjointView<Eigen::Lower>());
   m.hessian.noalias() -= cross.transpose() * leaving.solve(cross);
-  m.gradient.noalias() -= cross.transpose() * leaving.solve(system.gradient.head<kSize>());
+  m.gradient.noalias() -= cross.transpose() * leaving.solve(system.gradient.head<kBlockSize>());
   return m;
 }
 

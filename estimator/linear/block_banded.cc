@@ -9,7 +9,6 @@ namespace tagtwist {
 namespace {
 
 using Block = BlockBandedMatrix::Block;
-constexpr int kSize = BlockBandedMatrix::kSize;
 
 // Last block row that column j reaches.
 int LastRow(const BlockBandedMatrix& m, int j) { return std::min(m.size() - 1, j + m.bandwidth()); }
@@ -33,7 +32,7 @@ BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::mov
 
 Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
   Eigen::VectorXd x = b;
-  const auto part = [&x](int j) { return x.segment<kSize>(kSize * j); };
+  const auto part = [&x](int j) { return x.segment<kBlockSize>(kBlockSize * j); };
   for (int j = 0; j < l_.size(); ++j) {
     const BlockVector x_j = Solved(l_.At(j, j), part(j));
     part(j) = x_j;

@@ -9,8 +9,8 @@
 namespace tagtwist {
 namespace {
 
-constexpr double kSpacingS = 0.05;       // between states that are kept
-constexpr double kFade = 1 - 1.0 / 100;  // of the sums, from one of them to the next
+constexpr double kSpacingS = 0.05;           // between states that are kept
+constexpr double kSumsFade = 1 - 1.0 / 100;  // of the sums, from one of them to the next
 
 // Position and velocity, attitude and rate.
 constexpr std::array<int, 2> kLinear = {3, 6}, kAngular = {0, 9};
@@ -35,9 +35,9 @@ void PredictionCheck::Add(const GraphState& state, const Block& covariance,
     const auto angular_nees = Nees(found, predicted->state, p, kAngular);
     if (!linear_nees || !angular_nees) continue;
     Sum& sum = sums_[h];
-    sum.weight = kFade * sum.weight + 1;
-    sum.linear = kFade * sum.linear + *linear_nees / 6;
-    sum.angular = kFade * sum.angular + *angular_nees / 6;
+    sum.weight = kSumsFade * sum.weight + 1;
+    sum.linear = kSumsFade * sum.linear + *linear_nees / 6;
+    sum.angular = kSumsFade * sum.angular + *angular_nees / 6;
   }
   states_.push_back({state.t_ns, {{state}, {covariance}, {}, linear, angular}});
   while (ToSeconds(state.t_ns - states_.front().t_ns) > 1.3 * kHorizonsS.back()) {

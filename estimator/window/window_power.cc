@@ -9,7 +9,7 @@ namespace {
 
 // Frames of a stretch, and between two: the few that do the work stay below one in a hundred.
 constexpr size_t kStretch = 75, kBetween = 450;
-constexpr double kFade = 0.7;  // weight that a stretch keeps when the next one comes
+constexpr double kStretchFade = 0.7;  // weight that a stretch keeps when the next one comes
 
 // Ratio of the square roots of the parts' variances, pooled over the axes.
 StateVector Ratio(const StateCovariance& calibrated, const StateCovariance& covariance) {
@@ -48,7 +48,7 @@ void WindowPower::Finish() {
   const PriorPower& prior = finder_->result();
   if (!prior.covariances.empty()) {
     constexpr size_t kLeaving = kStretch - 1;  // it left when the stretch was full
-    statistic_ = statistic_ * kFade;
+    statistic_ = statistic_ * kStretchFade;
     statistic_ += prior.statistic;
     const auto calibrated = WithPriorPower(statistic_.Power(), prior);
     scale_ = Ratio(calibrated[kLeaving], prior.covariances[kLeaving]);

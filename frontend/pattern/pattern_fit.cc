@@ -16,11 +16,11 @@ constexpr double kFollowedPx = 0.05;   // a step below this is the last where th
 // Share of the squared residuals that the last step may take away then. More, and residuals
 // before it would tell of the start rather than of noise.
 constexpr double kMostMisfit = 0.05;
-constexpr double kAnotherTag = 0.2;      // contradicted at the start: not that tag, or not there
-constexpr double kMostStepPx = 1.0;      // of a corner
-constexpr double kMostStretch = 1.25;    // of a step
-constexpr double kTukey = 6;             // residuals beyond that many deviations do not count
-constexpr double kLeastNoiseGrey = 0.5;  // 8-bit steps and what the model leaves out
+constexpr double kAnotherTag = 0.2;         // contradicted at the start: not that tag, or not there
+constexpr double kMostStepPx = 1.0;         // of a corner
+constexpr double kMostStretch = 1.25;       // of a step
+constexpr double kTukey = 6;                // residuals beyond that many deviations do not count
+constexpr double kLeastFitNoiseGrey = 0.5;  // 8-bit steps and what the model leaves out
 constexpr double kLeastContrastGrey = 8;
 constexpr double kBlurPriorPx2 = 1.0;  // standard deviation: holds it where few pixels show it
 
@@ -96,8 +96,9 @@ PatternFit Finish(const PatternState& state, const PatternSums& sums,
   const double freedom = sums.weight / std::max(sums.weight - kPatternUnknowns, 1.0);
   const double variance = sums.psi2 * sums.weight / (sums.d_psi * sums.d_psi) * freedom;
   const Normal inverse = solver.solve(Normal::Identity());
-  fit.covariance = std::max(variance, kLeastNoiseGrey * kLeastNoiseGrey) * CorrelationFactor(sums) *
-                   d_corners * inverse.topLeftCorner<8, 8>() * d_corners.transpose();
+  fit.covariance = std::max(variance, kLeastFitNoiseGrey * kLeastFitNoiseGrey) *
+                   CorrelationFactor(sums) * d_corners * inverse.topLeftCorner<8, 8>() *
+                   d_corners.transpose();
   return fit;
 }
 

@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "frontend/base/option_check.h"
+#include "frontend/base/units.h"
 
 namespace tagtwist {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kGravity = 9.81;      // [m/s^2]
 constexpr double kSampleStepS = 0.01;  // 100 Hz
 constexpr double kDerivativeStepS = 2e-3;

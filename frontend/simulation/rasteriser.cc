@@ -53,12 +53,12 @@ bool IsOutOfView(const SampleGrid& grid, const std::array<Eigen::Vector3d, 4>& c
   const auto all = [&](const auto& outside) {
     return std::all_of(corners.begin(), corners.end(), outside);
   };
-  using Point = Eigen::Vector3d;
-  return all([&](const Point& p) { return p.x() < grid.x_min * p.z(); }) ||
-         all([&](const Point& p) { return p.x() > grid.x_max * p.z(); }) ||
-         all([&](const Point& p) { return p.y() < grid.y_min * p.z(); }) ||
-         all([&](const Point& p) { return p.y() > grid.y_max * p.z(); }) ||
-         all([&](const Point& p) { return p.z() <= 0; });
+  using CamPoint = Eigen::Vector3d;
+  return all([&](const CamPoint& p) { return p.x() < grid.x_min * p.z(); }) ||
+         all([&](const CamPoint& p) { return p.x() > grid.x_max * p.z(); }) ||
+         all([&](const CamPoint& p) { return p.y() < grid.y_min * p.z(); }) ||
+         all([&](const CamPoint& p) { return p.y() > grid.y_max * p.z(); }) ||
+         all([&](const CamPoint& p) { return p.z() <= 0; });
 }
 
 // Samples that may see a quad: the bounds of its outline as projected, or the whole grid where the

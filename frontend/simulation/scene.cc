@@ -8,6 +8,7 @@
 
 #include "frontend/base/option_check.h"
 #include "frontend/base/random_stream.h"
+#include "frontend/base/units.h"
 #include "frontend/simulation/board_squares.h"
 #include "frontend/simulation/scribble.h"
 #include "frontend/simulation/wall_sheets.h"
@@ -19,7 +20,6 @@ namespace {
 constexpr uint64_t kOccluderPurpose = 2;  // of the random stream
 constexpr double kScribbleMarginM = 1.0;  // floor around the map that carries scribble
 constexpr double kMostScribbles = 1e6;
-constexpr double kPi = 3.14159265358979323846;
 
 Patch MakeTagPatch(const Tag& tag, const TagPattern& pattern) {
   const double half = 0.5 * tag.size_m * pattern.cells / pattern.square_cells;

@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "frontend/base/random_stream.h"
+#include "frontend/base/units.h"
 
 namespace tagtwist {
 namespace {
 
 constexpr uint64_t kPurpose = 1;  // of the random stream
 constexpr double kTurnRad = 1.3;  // largest turn of a polyline
-constexpr double kPi = 3.14159265358979323846;
 
 // Papers on the floor as discs around their centres first, squares second.
 class PaperFinder {

@@ -5,12 +5,12 @@
 #include <cstdio>
 
 #include "frontend/base/format_text.h"
+#include "frontend/base/units.h"
 
 namespace tagtwist {
 namespace {
 
 constexpr const char* kNothing = "n/a";
-constexpr double kDegrees = 57.29577951308232;
 constexpr size_t kMaxNameWidth = 32;
 
 [[gnu::format(printf, 2, 0)]] std::string Number(double value, const char* format) {
@@ -39,7 +39,7 @@ std::vector<std::string> AccuracyCells(const ComparisonRow& row) {
   }
   const Accuracy& a = *row.accuracy;
   cells.push_back(Number(1e3 * a.position_m.rmse, "%.2f"));
-  cells.push_back(Number(kDegrees * a.rotation_rad.rmse, "%.3f"));
+  cells.push_back(Number(kDegreesPerRadian * a.rotation_rad.rmse, "%.3f"));
   cells.push_back(a.rpe_time ? Number(1e3 * a.rpe_time->translation_m.rmse, "%.2f") : kNothing);
   cells.push_back(Rmse(a.velocity_mps, "%.4f"));
   cells.push_back(Rmse(a.rate_radps, "%.4f"));

@@ -5,6 +5,7 @@
 
 #include "frontend/base/format_text.h"
 #include "frontend/base/quantile.h"
+#include "frontend/base/units.h"
 
 namespace tagtwist {
 namespace {
@@ -59,11 +60,10 @@ std::string StretchesText(const std::vector<double>& t_s, const std::vector<bool
 std::string CertaintyText(const Estimate& e) {
   const auto has_state = [](const FrameEstimate& f) { return f.status != FrameStatus::kNoFix; };
   if (std::none_of(e.frames.begin(), e.frames.end(), has_state)) return "";
-  constexpr double kDegrees = 57.29577951308232;
   return "By its own account (one standard deviation, 3-D; the median frame, and what 95 % stay "
          "below) it knows position to " +
          KnownTo(e.frames, 3, 1e3, "%.2g (%.2g) mm") + ", attitude to " +
-         KnownTo(e.frames, 0, kDegrees, "%.2g (%.2g) deg") + ", velocity to " +
+         KnownTo(e.frames, 0, kDegreesPerRadian, "%.2g (%.2g) deg") + ", velocity to " +
          KnownTo(e.frames, 6, 1, "%.2g (%.2g) m/s") + " and rates to " +
          KnownTo(e.frames, 9, 1, "%.2g (%.2g) rad/s") + ".";
 }

@@ -32,7 +32,7 @@ class Descriptor {
   int number_;
 };
 
-Error SystemError(const std::string& path, const std::string& what, int error_number) {
+Error InputError(const std::string& path, const std::string& what, int error_number) {
   return Error{path + ": " + what + ": " + std::generic_category().message(error_number)};
 }
 
@@ -79,7 +79,7 @@ Status ReadPipe(const std::string& path, int descriptor, int64_t most, double id
       continue;
     }
     if (got < 0 && errno != EAGAIN && errno != EINTR) {
-      return SystemError(path, "cannot read", errno);
+      return InputError(path, "cannot read", errno);
     }
     if (got == 0 && (!out->empty() || waited_ms >= kWriterWaitMs)) return Ok();
     if (waited_ms >= idle_ms) return Error{path + ": is a pipe, and nothing comes out of it"};
@@ -99,7 +99,7 @@ Result<std::string> ReadWholeFile(const std::string& path, int64_t most, const L
   const Descriptor file(path);
   struct stat status = {};
   if (file.number() < 0 || ::fstat(file.number(), &status) != 0) {
-    return SystemError(path, "cannot open", errno);
+    return InputError(path, "cannot open", errno);
   }
   const char* const kind = KindOf(status.st_mode);
   std::string content;
@@ -107,7 +107,7 @@ Result<std::string> ReadWholeFile(const std::string& path, int64_t most, const L
     if (status.st_size > most) return TooLarge(path, most);
     content.reserve(static_cast<size_t>(status.st_size));
     const int failure = ReadRegular(file.number(), most, &content);
-    if (failure != 0) return SystemError(path, "cannot read", failure);
+    if (failure != 0) return InputError(path, "cannot read", failure);
   } else if (S_ISFIFO(status.st_mode)) {
     most = std::min(most, limits.pipe_bytes);
     const auto read = ReadPipe(path, file.number(), most, limits.pipe_idle_s, &content);

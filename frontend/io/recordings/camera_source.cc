@@ -38,7 +38,7 @@ class CameraSource : public DataSource {
   std::vector<int64_t> stamps_ns_;  // nobody knows them before
 };
 
-bool Open(const std::string& place, const Camera& camera, cv::VideoCapture* capture) {
+bool OpenDevice(const std::string& place, const Camera& camera, cv::VideoCapture* capture) {
   const auto number = ParseInteger(place);
   const bool is_device = number || place.rfind("/dev/", 0) == 0;
   const bool is_open = number ? capture->open(static_cast<int>(*number), cv::CAP_V4L2)
@@ -62,7 +62,7 @@ Result<std::unique_ptr<DataSource>> OpenCameraSource(const std::string& dataset,
   const std::string place = dataset.substr(std::string(kPrefix).size());
   try {
     cv::VideoCapture capture;
-    if (!place.empty() && Open(place, camera, &capture)) {
+    if (!place.empty() && OpenDevice(place, camera, &capture)) {
       return std::unique_ptr<DataSource>(
           std::make_unique<CameraSource>(dataset, std::move(capture), std::move(now_ns)));
     }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLeastReadable = 0.9;  // of the duration; less is a damaged file
 
-bool Open(const std::string& path, cv::VideoCapture* capture) {
+bool OpenVideo(const std::string& path, cv::VideoCapture* capture) {
   try {
     return capture->open(path, cv::CAP_FFMPEG) &&
            (capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 0), true);
@@ -59,7 +59,7 @@ class VideoSource : public DataSource {
 // read once: only then are the frames known.
 Result<std::vector<int64_t>> ReadStamps(const std::string& path) {
   cv::VideoCapture capture;
-  if (!Open(path, &capture)) return NoVideo(path);
+  if (!OpenVideo(path, &capture)) return NoVideo(path);
   const double rate_hz = capture.get(cv::CAP_PROP_FPS);
   const double announced = capture.get(cv::CAP_PROP_FRAME_COUNT);
   std::vector<int64_t> stamps_ns;
@@ -96,7 +96,7 @@ Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
     if (!stamps_ns) return stamps_ns.error();
     if (options.use_detections) return Error{path + ": a video has no detections to use"};
     cv::VideoCapture capture;
-    if (!Open(path, &capture)) return NoVideo(path);
+    if (!OpenVideo(path, &capture)) return NoVideo(path);
     return std::unique_ptr<DataSource>(
         std::make_unique<VideoSource>(path, std::move(capture), std::move(*stamps_ns)));
   } catch (const cv::Exception&) {

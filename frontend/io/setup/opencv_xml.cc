@@ -8,14 +8,14 @@
 namespace tagtwist {
 namespace {
 
-constexpr size_t kMostNodes = 200000;
-constexpr size_t kMostBytes = 64'000'000;  // of the nodes' names and texts
+constexpr size_t kMostXmlNodes = 200000;
+constexpr size_t kMostXmlBytes = 64'000'000;  // of the nodes' names and texts
 
 // Copies a document's tree until a bound is met. The XML parser bounds the depth.
 class TreeCopier {
  public:
   explicit TreeCopier(std::string file) : file_(std::move(file)) {}
-  bool is_full() const { return nodes_ > kMostNodes || bytes_ > kMostBytes; }
+  bool is_full() const { return nodes_ > kMostXmlNodes || bytes_ > kMostXmlBytes; }
 
   YamlValue Copy(const tinyxml2::XMLElement& element, const std::string& key) {
     YamlValue out = At(element, key);

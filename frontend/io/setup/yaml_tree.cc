@@ -12,8 +12,8 @@
 namespace tagtwist {
 namespace {
 
-constexpr size_t kMostNodes = 200000;
-constexpr size_t kMostBytes = 64'000'000;  // of the nodes' names and texts
+constexpr size_t kMostYamlNodes = 200000;
+constexpr size_t kMostYamlBytes = 64'000'000;  // of the nodes' names and texts
 constexpr size_t kMostLevels = 64;
 
 // Ends the parsing where the tree cannot be.
@@ -177,7 +177,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void Charge(const YamlValue& value, size_t level) {
     bytes_ += sizeof(YamlValue) + value.key.size() + value.scalar.size() + value.file.size();
-    if (++nodes_ > kMostNodes || bytes_ > kMostBytes + kMostNodes * sizeof(YamlValue)) {
+    if (++nodes_ > kMostYamlNodes || bytes_ > kMostYamlBytes + kMostYamlNodes * sizeof(YamlValue)) {
       throw Refusal{value.Refuse("a smaller file")};
     }
     if (level > kMostLevels) {
