@@ -1,5 +1,6 @@
 #include "frontend/tags/find_tags.h"
 
+#include "frontend/tags/cut_tags.h"
 #include "frontend/tags/tag_completion.h"
 
 namespace tagtwist {
@@ -10,7 +11,8 @@ std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detec
   std::vector<TagDetection> tags =
       FilterTags(detector.Detect(gray), map, camera, options.border_px);
   if (!options.refine_pattern) return tags;
-  return CompleteTags(gray, refiner, map, camera, options.border_px, refiner.RefineAll(gray, tags));
+  return CompleteTags(gray, refiner, map, camera, options.border_px,
+                      WithoutCutTags(refiner.RefineAll(gray, tags), ImageBox(gray)));
 }
 
 }  // namespace tagtwist

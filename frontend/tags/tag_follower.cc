@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "frontend/geometry/tag_outline.h"
+#include "frontend/tags/cut_tags.h"
 #include "frontend/tags/find_tags.h"
 #include "frontend/tags/tag_completion.h"
 
@@ -60,7 +61,7 @@ std::vector<TagDetection> TagFollower::SearchAll(const cv::Mat& gray, const Time
   if (found.size() < kEnoughTags) {  // small ones, or blurred
     found = FilterTags(full_detector_.Detect(gray), map_, camera_, border_px_);
   }
-  RefinedTags refined = refiner_.RefineAll(gray, found);
+  RefinedTags refined = WithoutCutTags(refiner_.RefineAll(gray, found), ImageBox(gray));
   auto tags = CompleteTags(gray, refiner_, map_, camera_, border_px_, refined);
   guided_.SetLooks(std::move(refined.looks));
   policy_.AfterFull(static_cast<int>(tags.size()));
@@ -95,7 +96,11 @@ std::vector<TagDetection> TagFollower::SearchPart(const cv::Mat& gray,
     if (same == nullptr || same->id != tag.id) fresh.push_back(tag);
   }
   if (fresh.empty()) return known;
-  fresh = refiner_.RefineAll(gray, FilterTags(fresh, map_, camera_, border_px_)).tags;
+  const Eigen::AlignedBox2d searched(low.cast<double>(),
+                                     (high.array() - 1).matrix().cast<double>());
+  fresh = WithoutCutTags(refiner_.RefineAll(gray, FilterTags(fresh, map_, camera_, border_px_)),
+                         searched)
+              .tags;
   fresh.insert(fresh.end(), known.begin(), known.end());
   return FilterTags(fresh, map_, camera_, border_px_);
 }
