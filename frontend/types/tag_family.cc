@@ -49,6 +49,25 @@ constexpr std::array<FamilyMaker, 10> kFamilies = {{
     {kKalibrFamily, CreateWideBorder36h11, tag36h11_destroy},
 }};
 
+// The cells that the family says something about: all, but where the border is
+// reversed: its bits and the border, a black ring around a white one.
+std::vector<bool> ToldCells(const apriltag_family_t& family, int cells, int outer_cells, int ring) {
+  std::vector<bool> out(static_cast<size_t>(cells) * static_cast<size_t>(cells), false);
+  for (int row = 0; row < cells; ++row) {
+    for (int column = 0; column < cells; ++column) {
+      const int edge = std::min({row, column, cells - 1 - row, cells - 1 - column});
+      out[static_cast<size_t>(row * cells + column)] =
+          !family.reversed_border || edge == ring || edge == ring - 1;
+    }
+  }
+  for (uint32_t bit = 0; bit < family.nbits; ++bit) {
+    const int column = static_cast<int>(family.bit_x[bit]) + outer_cells;
+    const int row = static_cast<int>(family.bit_y[bit]) + outer_cells;
+    out[static_cast<size_t>(row * cells + column)] = true;
+  }
+  return out;
+}
+
 // The grid of cells libapriltag means: black but for a white ring (the square's outer ring of cells
 // where the family's border is reversed, the ring around the square elsewhere) and the white bits,
 // the code's first bit being its highest. Families with a reversed border have data out to the
@@ -60,10 +79,12 @@ TagPattern DrawPattern(const apriltag_family_t& family, int id, bool black_rim_c
   out.cells = family.total_width + (family.reversed_border ? 2 : 0);
   out.outer_cells = (out.cells - out.square_cells) / 2;
   const int ring = family.reversed_border ? out.outer_cells : out.outer_cells - 1;
+  const std::vector<bool> told = ToldCells(family, out.cells, out.outer_cells, ring);
   for (int row = 0; row < out.cells; ++row) {
     for (int column = 0; column < out.cells; ++column) {
       const int edge = std::min({row, column, out.cells - 1 - row, out.cells - 1 - column});
-      const bool white = edge == ring || (family.reversed_border && edge == 0);
+      const bool open = !told[out.white.size()];  // left to whoever prints it: paper
+      const bool white = edge == ring || (family.reversed_border && edge == 0) || open;
       out.white.push_back(white ? 1 : 0);
     }
   }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "frontend/io/setup/field_maps.h"
 #include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
 #include "frontend/types/so3.h"
@@ -23,8 +24,16 @@ Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family) {
   std::string type;
   int columns = 0, rows = 0;
   double size_m = 0, spacing = 0;
+  int first_id = 0, border_cells = 2;
   section("target_type", type);
-  if (type != "aprilgrid") section.Keep(section.Find("target_type")->Refuse("aprilgrid"));
+  if (type != "aprilgrid") {
+    section.Keep(section.Find("target_type")
+                     ->Refuse("aprilgrid (a board without ids cannot be a map), got " + type));
+  }
+  for (const char* name : {"tagStartId", "startId", "start_id", "low_id", "firstId"}) {
+    section(name, first_id);
+  }
+  section("borderBits", border_cells);
   section.Require("tagCols", &columns);
   section.Require("tagRows", &rows);
   section.Require("tagSize", &size_m);
@@ -37,17 +46,19 @@ Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family) {
   check("tagRows", rows >= 1 && rows <= kMostTags / std::max(columns, 1), ">= 1, and fewer tags");
   check("tagSize", size_m > 0, "> 0 [m]");
   check("tagSpacing", spacing >= 0, ">= 0, a share of tagSize");
+  check("borderBits", border_cells == 1 || border_cells == 2, "1 or 2");
   if (Status status = section.FirstFault(); !status) return status.error();
   std::vector<Tag> tags;
   const double step_m = size_m * (1 + spacing);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const Eigen::Vector3d centre(column * step_m + 0.5 * size_m, row * step_m + 0.5 * size_m, 0);
-      tags.push_back(
-          {columns * row + column, MakePose(Eigen::Quaterniond::Identity(), centre), size_m});
+      tags.push_back({first_id + columns * row + column,
+                      MakePose(Eigen::Quaterniond::Identity(), centre), size_m});
     }
   }
-  return TagMap(family.empty() ? kKalibrFamily : family, std::move(tags));
+  const std::string usual = border_cells == 1 ? "tag36h11" : kKalibrFamily;
+  return TagMap(family.empty() ? usual : family, std::move(tags));
 }
 
 // The members x, y, z of a mapping.
@@ -60,56 +71,6 @@ Eigen::Vector3d ReadXyz(const YamlValue* node, YamlSection* parent) {
   section.Require("z", &out.z());
   parent->Keep(section.FirstFault());
   return out;
-}
-
-// WPILib: x out of the tag's face, y to the right as printed, z up.
-Status ReadWpilibTag(const YamlValue& node, double size_m, Tag* tag) {
-  YamlSection section(node);
-  tag->size_m = size_m;
-  section.Require("ID", &tag->id);
-  const YamlValue* pose = section.Require(std::string("pose"));
-  if (pose == nullptr) return section.FirstFault();
-  YamlSection parts(*pose);
-  const Eigen::Vector3d position = ReadXyz(parts.Require(std::string("translation")), &parts);
-  const YamlValue* rotation = parts.Require(std::string("rotation"));
-  if (rotation == nullptr) return parts.FirstFault();
-  YamlSection turn(*rotation);
-  const YamlValue* quaternion_node = turn.Require(std::string("quaternion"));
-  if (quaternion_node == nullptr) return turn.FirstFault();
-  YamlSection wxyz(*quaternion_node);
-  Eigen::Quaterniond world_from_face(0, 0, 0, 0);
-  wxyz.Require("W", &world_from_face.w());
-  wxyz.Require("X", &world_from_face.x());
-  wxyz.Require("Y", &world_from_face.y());
-  wxyz.Require("Z", &world_from_face.z());
-  if (!(std::abs(world_from_face.norm() - 1) < 1e-3)) {
-    wxyz.Keep(quaternion_node->Refuse("a unit quaternion, got another"));
-  }
-  for (YamlSection* each : {&section, &parts, &wxyz}) {
-    if (Status status = each->FirstFault(); !status) return status;
-  }
-  Eigen::Matrix3d face_from_tag;
-  face_from_tag << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  tag->world_from_tag =
-      MakePose(world_from_face.normalized() * Eigen::Quaterniond(face_from_tag), position);
-  return Ok();
-}
-
-Result<TagMap> ReadWpilib(const YamlValue& root, const TagMapFile& file) {
-  if (!file.tag_size_m) {
-    return Error{file.path +
-                 ": the size of the tags is not in such a file: expected --tag_size_m "
-                 "or tag_size_m"};
-  }
-  YamlSection section(root);
-  const YamlValue* list = section.Require(std::string("tags"));
-  std::vector<Tag> tags;
-  for (const YamlValue& item : list->items) {
-    Tag tag;
-    if (Status status = ReadWpilibTag(item, *file.tag_size_m, &tag); !status) return status.error();
-    tags.push_back(tag);
-  }
-  return TagMap(file.family.empty() ? "tag36h11" : file.family, std::move(tags));
 }
 
 // TagSLAM's pose: a position and a rotation vector.
@@ -129,7 +90,16 @@ Status ReadTagSlamBody(const YamlValue& body, std::vector<Tag>* tags) {
   section("is_static", is_static);
   section("default_tag_size", default_size_m);
   const YamlValue* list = section.Find("tags");
+  const YamlValue* board = section.Find("board");
+  if (is_static && board != nullptr) {
+    return board->Refuse("its tags in a list `tags`: boards are not read");
+  }
   if (!is_static || list == nullptr) return section.FirstFault();
+  if (section.Find("pose") == nullptr) {
+    return body.Refuse(
+        "a pose, got none (TagSLAM would estimate it): give it, or leave the body out "
+        "and let --map_unknown_tags place its tags");
+  }
   const Pose world_from_body = ReadAxisAnglePose(section.Find("pose"), &section);
   if (list->kind != YamlValue::Kind::kList) section.Keep(list->Refuse("a list of tags"));
   if (Status status = section.FirstFault(); !status) return status;
@@ -164,11 +134,17 @@ Result<TagMap> ReadAny(const YamlValue& root, const TagMapFile& file) {
   YamlSection section(root);
   if (section.Find("target_type") != nullptr) return ReadAprilGrid(root, file.family);
   if (const YamlValue* bodies = section.Find("bodies")) return ReadTagSlam(*bodies, file.family);
+  if (const YamlValue* bundles = section.Find("tag_bundles")) {
+    return ReadBundle(*bundles, file.family);
+  }
+  if (const YamlValue* fiducials = section.Find("fiducials")) {
+    return ReadLimelight(*fiducials, file.family);
+  }
   if (const YamlValue* own = section.Find("tag_map")) return ReadTagMap(*own);
   const YamlValue* tags = section.Find("tags");
   if (tags != nullptr && tags->kind == YamlValue::Kind::kList && !tags->items.empty() &&
       YamlSection(tags->items[0]).Find("ID") != nullptr) {
-    return ReadWpilib(root, file);
+    return ReadWpilib(root, file.tag_size_m, file.family);
   }
   return ReadTagMap(root);
 }

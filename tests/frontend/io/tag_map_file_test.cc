@@ -141,7 +141,8 @@ INSTANTIATE_TEST_SUITE_P(
     All, BadMapFile,
     testing::Values(
         BadText{"Checkerboard", kKalibrGrid, "aprilgrid", "checkerboard",
-                "x:1: target_type: expected aprilgrid, got the text \"checkerboard\""},
+                "x:1: target_type: expected aprilgrid (a board without ids cannot be a map), got "
+                "checkerboard"},
         BadText{"NoSpacing", kKalibrGrid, "tagSpacing", "spacing",
                 "x:1: tagSpacing: expected a value, got none"},
         BadText{"ZeroSize", kKalibrGrid, "tagSize: 0.2", "tagSize: 0",

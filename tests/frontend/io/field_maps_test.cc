@@ -1,0 +1,79 @@
+// Maps as other programs write them, and those that would be read wrongly.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "frontend/io/setup/tag_map_file.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/test_files.h"
+
+namespace tagtwist {
+namespace {
+
+using ::testing::HasSubstr;
+
+class FieldMaps : public ::testing::Test {
+ protected:
+  Result<TagMap> Read(const std::string& text) {
+    const std::string path = folder_.path() + "/map.yaml";
+    WriteText(path, text);
+    return ReadTagMapFile({path, {}, ""});
+  }
+  const TempFolder folder_;
+};
+
+const std::string kGrid =
+    "target_type: 'aprilgrid'\ntagCols: 2\ntagRows: 2\ntagSize: 0.1\ntagSpacing: 0.3\n";
+
+TEST_F(FieldMaps, KalibrsGridMayBeginAtAnotherId) {
+  for (const char* key : {"tagStartId", "startId", "low_id"}) {
+    const auto map = Read(kGrid + key + ": 36\n");
+    ASSERT_TRUE(map) << map.error().message;
+    EXPECT_EQ(map->tags().front().id, 36) << key;
+  }
+}
+
+TEST_F(FieldMaps, KalibrsBorderDecidesOnTheFamily) {
+  EXPECT_EQ(Read(kGrid)->family(), "tag36h11b2");
+  EXPECT_EQ(Read(kGrid + "borderBits: 1\n")->family(), "tag36h11");
+}
+
+TEST_F(FieldMaps, LimelightsFieldIsReadInMillimetres) {
+  const auto map = Read(
+      "{\"fiducials\":[{\"family\":\"apriltag3_36h11_classic\",\"id\":1,\"size\":165.1,"
+      "\"transform\":[1,0,0,6.8, 0,1,0,-3.86, 0,0,1,1.355, 0,0,0,1]}],\"type\":\"frc\"}");
+  ASSERT_TRUE(map) << map.error().message;
+  const Tag& tag = map->tags().front();
+  EXPECT_NEAR(tag.size_m, 0.1651, 1e-12);
+  EXPECT_EQ(Eigen::Vector3d(tag.world_from_tag.translation()), Eigen::Vector3d(6.8, -3.86, 1.355));
+  // Out of its face is the field's x, up as printed its z.
+  EXPECT_TRUE((tag.world_from_tag.rotation() * Eigen::Vector3d::UnitZ())
+                  .isApprox(Eigen::Vector3d::UnitX(), 1e-9));
+  EXPECT_TRUE((tag.world_from_tag.rotation() * Eigen::Vector3d::UnitY())
+                  .isApprox(Eigen::Vector3d::UnitZ(), 1e-9));
+}
+
+TEST_F(FieldMaps, TheOnlyBundleOfApriltagRosIsRead) {
+  const std::string layout =
+      "layout: [{id: 3, size: 0.1, x: 0.5, y: 0.2, z: 0, qw: 1, qx: 0, qy: 0, qz: 0}]";
+  const auto map = Read("tag_bundles: [{name: a, " + layout + "}]\n");
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(map->tags().front().id, 3);
+  const auto two = Read("tag_bundles: [{name: a, " + layout + "}, {name: b, " + layout + "}]\n");
+  ASSERT_FALSE(two);
+  EXPECT_THAT(two.error().message, HasSubstr("one bundle"));
+}
+
+TEST_F(FieldMaps, TagSlamsBodiesWithoutAPoseAndBoardsAreRefused) {
+  const std::string tags =
+      "tags: [{id: 1, size: 0.1, pose: {position: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: "
+      "0}}}]";
+  const auto body = Read("bodies:\n - wall: {is_static: true, " + tags + "}\n");
+  ASSERT_FALSE(body);
+  EXPECT_THAT(body.error().message, HasSubstr("TagSLAM would estimate it"));
+  const auto board = Read("bodies:\n - b: {is_static: true, board: {tag_start_id: 6}}\n");
+  ASSERT_FALSE(board);
+  EXPECT_THAT(board.error().message, HasSubstr("boards are not read"));
+}
+
+}  // namespace
+}  // namespace tagtwist
