@@ -12,8 +12,8 @@
 namespace tagtwist {
 namespace {
 
-constexpr size_t kMostYamlNodes = 200000;
-constexpr size_t kMostYamlBytes = 64'000'000;  // of the nodes' names and texts
+constexpr size_t kMostNodes = 200000;
+constexpr size_t kMostBytes = 64'000'000;  // of the nodes' names and texts
 constexpr size_t kMostLevels = 64;
 
 // Ends the parsing where the tree cannot be.
@@ -34,11 +34,16 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void OnDocumentStart(const YAML::Mark&) override {
-    if (++documents_ > 1) throw Refusal{{file_ + ": expected one YAML document, got 2 or more"}};
+    ++documents_;
+    after_root_ = documents_ > 1;
   }
   void OnDocumentEnd() override {}
 
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { Take(Begin(mark), anchor); }
+  // What stands behind a closing --- is an empty document.
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    if (after_root_ && open_.empty()) return;
+    Take(Begin(mark), anchor);
+  }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& text) override {
     YamlValue value = Begin(mark);
@@ -97,6 +102,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   YamlValue Begin(const YAML::Mark& mark) const {
+    if (after_root_) throw Refusal{{file_ + ": expected one YAML document, got 2 or more"}};
     YamlValue out;
     out.file = file_;
     out.line = mark.line + 1;
@@ -177,7 +183,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void Charge(const YamlValue& value, size_t level) {
     bytes_ += sizeof(YamlValue) + value.key.size() + value.scalar.size() + value.file.size();
-    if (++nodes_ > kMostYamlNodes || bytes_ > kMostYamlBytes + kMostYamlNodes * sizeof(YamlValue)) {
+    if (++nodes_ > kMostNodes || bytes_ > kMostBytes + kMostNodes * sizeof(YamlValue)) {
       throw Refusal{value.Refuse("a smaller file")};
     }
     if (level > kMostLevels) {
@@ -191,6 +197,7 @@ class TreeBuilder : public YAML::EventHandler {
   std::map<YAML::anchor_t, YamlValue> anchored_;
   std::optional<Error> fault_;
   int documents_ = 0;
+  bool after_root_ = false;
   size_t nodes_ = 0, bytes_ = 0;
 };
 
