@@ -34,8 +34,8 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void OnDocumentStart(const YAML::Mark&) override {
-    ++documents_;
-    after_root_ = documents_ > 1;
+    after_root_ = ++documents_ > 1;
+    if (documents_ > 2) throw Refusal{{file_ + ": expected one YAML document, got 2 or more"}};
   }
   void OnDocumentEnd() override {}
 
