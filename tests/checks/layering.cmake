@@ -19,6 +19,7 @@ set(table
   "estimator/linear     | residuals frontend/geometry               | ceres"
   "estimator/graph      | estimator/linear                          | ceres"
   "estimator/result     | estimator/graph                           | ceres"
+  "estimator/motion     | estimator/graph                           | ceres"
   "estimator/start      | estimator/graph                           | ceres"
   "estimator/solve      | estimator/graph estimator/result          | ceres"
   "estimator/batch      | estimator/start estimator/solve           | ceres"
