@@ -159,7 +159,7 @@ std::string LiveText(const LiveRun& live, size_t n_frames) {
 
 // A run whose states go out as they come.
 Result<RunResult> RunAndStream(const EstimateJob& job, DataSource* source, const Config& config,
-                               const RunOptions& options) {
+                               const RunOptions& options, std::string* lost_rows) {
   auto stream = StateStream::Open(job.stream);
   if (!stream) return stream.error();
   auto run = OnlineRun::Create(job.dataset, source, config, options);
@@ -172,15 +172,20 @@ Result<RunResult> RunAndStream(const EstimateJob& job, DataSource* source, const
   }
   auto out = run->Finish();
   const std::string& problem = (*stream)->problem();
-  if (out && !problem.empty()) out->estimate.warnings.push_back(problem);
+  if ((*stream)->failed()) {
+    *lost_rows = problem;
+  } else if (out && !problem.empty()) {
+    out->estimate.warnings.push_back(problem);
+  }
   return out;
 }
 
-// The estimate, its warnings told on standard error.
+// The estimate, its warnings told on standard error. `lost_rows`: why --stream lacks some.
 Result<RunResult> EstimateAndWarn(const EstimateJob& job, DataSource* source, const LiveFeed* feed,
-                                  const Config& config, const RunOptions& options) {
+                                  const Config& config, const RunOptions& options,
+                                  std::string* lost_rows) {
   auto out = job.stream.empty() ? RunEstimate(job.dataset, source, config, options)
-                                : RunAndStream(job, source, config, options);
+                                : RunAndStream(job, source, config, options, lost_rows);
   if (!out) return out;
   if (feed != nullptr) {
     out->facts.live->frames_dropped = feed->dropped();
@@ -247,7 +252,8 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
     context.options_text = OptionsText(to_go_on_with);
     context.calibration = std::make_shared<const Calibration>(std::move(*calibration));
   }
-  auto run = EstimateAndWarn(job, source->get(), feed, config, options);
+  std::string lost_rows;
+  auto run = EstimateAndWarn(job, source->get(), feed, config, options, &lost_rows);
   if (!run) return run.error();
   const Estimate& estimate = run->estimate;
   if (job.calibrate && !(*source)->imu().empty()) {
@@ -262,7 +268,10 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   if (const auto written = WriteResults(job.output, estimate, context); !written) return written;
   Messages(job) << FormatComparisonTable(context.rows) << "\nreport: " << job.output
                 << "/report.html\n";
-  return job.overlay.empty() ? Ok() : WriteOverlayOf(job, config, estimate);
+  if (!job.overlay.empty()) {
+    if (const auto drawn = WriteOverlayOf(job, config, estimate); !drawn) return drawn;
+  }
+  return lost_rows.empty() ? Ok() : Status(Error{lost_rows});
 }
 
 int Main(int argc, char** argv, const Usage& usage) {

@@ -69,8 +69,9 @@ void StateStream::WriteText(const std::string& text) {
     const ssize_t written = WriteWithoutSigpipe(descriptor_, rest);
     if (written > 0) rest.remove_prefix(static_cast<size_t>(written));
     if (written >= 0 || errno == EINTR) continue;
+    failed_ = errno != EPIPE;
     const std::string fault =
-        errno == EPIPE ? "its reader is gone" : std::generic_category().message(errno);
+        failed_ ? std::generic_category().message(errno) : std::string("its reader is gone");
     problem_ = "stream to " + path_ + " ended after " + std::to_string(rows_) + " rows: " + fault;
     return;
   }

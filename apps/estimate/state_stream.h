@@ -24,6 +24,8 @@ class StateStream {
   void Write(const FrameEstimate& frame);
   /// Why rows are missing at the end, one line; empty while all were written.
   const std::string& problem() const { return problem_; }
+  /// True where it was not the reader that went away: rows that were asked for are lost.
+  bool failed() const { return failed_; }
 
  private:
   StateStream(std::string path, int descriptor);
@@ -33,6 +35,7 @@ class StateStream {
   int descriptor_;
   size_t rows_ = 0;
   std::string problem_;
+  bool failed_ = false;
 };
 
 }  // namespace tagtwist

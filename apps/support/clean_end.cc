@@ -63,8 +63,9 @@ CleanEnd::CleanEnd(const Usage& usage, Outputs outputs)
 
 CleanEnd::~CleanEnd() {
   const uint64_t one = 1;
-  if (::write(wake_, &one, sizeof(one)) == sizeof(one)) watcher_.join();
-  if (watcher_.joinable()) watcher_.detach();
+  while (::write(wake_, &one, sizeof(one)) != sizeof(one)) {
+  }
+  watcher_.join();
   ::close(signals_);
   ::close(wake_);
   const sigset_t interrupts = Interrupts();

@@ -7,6 +7,7 @@
 
 #include "apps/support/help_text.h"
 #include "apps/support/man_page.h"
+#include "frontend/base/number_text.h"
 
 #ifndef TAGTWIST_VERSION
 #define TAGTWIST_VERSION "unknown"
@@ -67,7 +68,11 @@ std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
     if (*i + 1 >= argc) return "--" + flag.name + ": expected a value";
     flag.value = argv[++*i];
   }
-  if (gflags::SetCommandLineOption(flag.name.c_str(), flag.value.c_str()).empty()) {
+  const bool is_real = info.type == "double", is_whole = info.type.rfind("int", 0) == 0;
+  // gflags takes nothing at all for 0, and hexadecimal numbers.
+  const bool bad_number =
+      (is_real && !ParseNumber(flag.value)) || (is_whole && !ParseInteger(flag.value));
+  if (bad_number || gflags::SetCommandLineOption(flag.name.c_str(), flag.value.c_str()).empty()) {
     return "--" + flag.name + ": bad value '" + flag.value + "'";
   }
   return "";

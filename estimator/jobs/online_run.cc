@@ -1,5 +1,6 @@
 #include "estimator/jobs/online_run.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -10,6 +11,15 @@
 #include "estimator/online/online_estimator.h"
 
 namespace tagtwist {
+namespace {
+
+bool HasFix(const std::vector<FrameEstimate>& frames) {
+  return std::any_of(frames.begin(), frames.end(), [](const FrameEstimate& frame) {
+    return frame.status != FrameStatus::kNoFix;
+  });
+}
+
+}  // namespace
 
 // It stays where it is: the estimator's options refer to it.
 struct OnlineRun::Impl {
@@ -154,6 +164,9 @@ Result<RunResult> OnlineRun::Finish() {
   Estimate& estimate = impl_->out.estimate;
   for (FrameEstimate& frame : impl_->estimator->Finish()) {
     estimate.lagged.push_back(std::move(frame));
+  }
+  if (!HasFix(estimate.frames) && !HasFix(estimate.lagged)) {
+    return Error{impl_->out.facts.dataset + ": no frame has a tag of the map that gives a pose"};
   }
   const SlidingWindow& window = impl_->estimator->window();
   estimate.noise = window.noise();

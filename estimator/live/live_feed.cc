@@ -1,7 +1,9 @@
 #include "estimator/live/live_feed.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -9,6 +11,15 @@ namespace tagtwist {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience(20);  // between looks at Options::stop
+
+constexpr int64_t kForever = std::numeric_limits<int64_t>::max();
+
+// Stamps may be any numbers: the sum ends where the clock does.
+int64_t Sum(int64_t a_ns, int64_t b_ns) {
+  int64_t out = 0;
+  if (!__builtin_add_overflow(a_ns, b_ns, &out)) return out;
+  return b_ns > 0 ? kForever : -kForever;
+}
 
 // What a source throws would end the process here, in a thread of its own.
 Result<std::optional<Frame>> NextOf(DataSource* source) {
@@ -49,7 +60,7 @@ void LiveFeed::Capture() {
       const int64_t t_ns = (*taken)->t_ns;
       if (first) {
         const std::lock_guard<std::mutex> lock(mutex_);
-        stamps_behind_ns_ = SteadyNowNs() - t_ns;
+        stamps_behind_ns_ = Sum(SteadyNowNs(), -std::max(t_ns, -kForever));
       }
       if (!WaitUntilDue(t_ns)) return;
     }
@@ -69,7 +80,7 @@ void LiveFeed::Capture() {
 bool LiveFeed::WaitUntilDue(int64_t t_ns) {
   std::unique_lock<std::mutex> lock(mutex_);
   const std::chrono::steady_clock::time_point due{
-      std::chrono::nanoseconds(t_ns + stamps_behind_ns_)};
+      std::chrono::nanoseconds(Sum(t_ns, stamps_behind_ns_))};
   changed_.wait_until(lock, due, [this] { return stop_; });
   return !stop_;
 }
@@ -87,7 +98,8 @@ Result<std::optional<Frame>> LiveFeed::Next() {
 
 double LiveFeed::AgeMs(int64_t t_ns) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return 1e-6 * static_cast<double>(SteadyNowNs() - (t_ns + stamps_behind_ns_));
+  const int64_t due_ns = Sum(t_ns, stamps_behind_ns_);
+  return 1e-6 * (static_cast<double>(SteadyNowNs()) - static_cast<double>(due_ns));
 }
 
 size_t LiveFeed::dropped() const {

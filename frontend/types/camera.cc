@@ -5,11 +5,14 @@
 #include <cmath>
 #include <utility>
 
+#include "frontend/base/number_text.h"
+
 namespace tagtwist {
 namespace {
 
 constexpr double kMinDepthM = 1e-3;
 constexpr int kMaxImageSide = 16384;  // [px]
+constexpr double kMostFocalLengthPx = 1e6;
 
 constexpr double kLeastStretch = 1e-6;      // of the lens; less is its fold
 constexpr double kMostAngleRad = 1.553343;  // 89 degrees
@@ -151,8 +154,11 @@ std::optional<std::string> Camera::Problem() const {
              std::to_string(size);
     }
   }
-  if (!(fx > 0) || !std::isfinite(fx)) return "fx: expected > 0, got " + std::to_string(fx);
-  if (!(fy > 0) || !std::isfinite(fy)) return "fy: expected > 0, got " + std::to_string(fy);
+  for (const auto& [key, length] : {std::pair("fx", fx), std::pair("fy", fy)}) {
+    if (!(length > 0)) return std::string(key) + ": expected > 0, got " + FormatNumber(length);
+    if (length <= kMostFocalLengthPx) continue;
+    return std::string(key) + ": expected at most 1e6 px, got " + FormatNumber(length);
+  }
   for (const double value : {cx, cy, k1, k2, p1, p2, k3, k4, k5, k6}) {
     if (!std::isfinite(value)) return "expected finite intrinsics";
   }

@@ -3,7 +3,20 @@
 #include <cmath>
 #include <utility>
 
+#include "frontend/base/number_text.h"
+
 namespace tagtwist {
+namespace {
+
+// Why a tag's side cannot be that, without the name of the value.
+std::optional<std::string> TagSizeProblem(double size_m) {
+  constexpr double kLeastM = 1e-6, kMostM = 1e6;  // beyond, squares of it are no numbers any more
+  if (size_m >= kLeastM && size_m <= kMostM) return std::nullopt;
+  return (size_m > 0 ? "expected 1e-6 to 1e6 m, got " : "expected > 0, got ") +
+         FormatNumber(size_m);
+}
+
+}  // namespace
 
 std::array<Eigen::Vector3d, 4> TagCornersInWorld(const Tag& tag) {
   const double h = 0.5 * tag.size_m, b = tag.bend_m;
@@ -43,9 +56,7 @@ std::optional<std::string> TagMap::Problem() const {
     const std::string name = "tag " + std::to_string(tags_[i].id);
     if (tags_[i].id < 0) return name + ": expected an id >= 0";
     if (index_.at(tags_[i].id) != i) return name + ": listed twice";
-    if (!(tags_[i].size_m > 0) || !std::isfinite(tags_[i].size_m)) {
-      return name + ": size_m: expected > 0, got " + std::to_string(tags_[i].size_m);
-    }
+    if (const auto problem = TagSizeProblem(tags_[i].size_m)) return name + ": size_m: " + *problem;
     if (const auto problem = BendProblem(tags_[i])) return name + ": " + *problem;
     if (!tags_[i].world_from_tag.params.allFinite()) return name + ": expected a finite pose";
   }
@@ -56,7 +67,7 @@ std::optional<std::string> TagGrid::Problem() const {
   if (first_id < 0) return "first_id: expected >= 0, got " + std::to_string(first_id);
   if (rows < 1) return "rows: expected >= 1, got " + std::to_string(rows);
   if (columns < 1) return "columns: expected >= 1, got " + std::to_string(columns);
-  if (!(tag_size_m > 0)) return "tag_size_m: expected > 0, got " + std::to_string(tag_size_m);
+  if (const auto problem = TagSizeProblem(tag_size_m)) return "tag_size_m: " + *problem;
   const auto gaps_problem = [](const std::vector<double>& gaps, int lines,
                                const std::string& key) -> std::optional<std::string> {
     if (gaps.size() + 1 != static_cast<size_t>(lines)) {

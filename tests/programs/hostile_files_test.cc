@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <zlib.h>
 
 #include <thread>
 
@@ -111,6 +112,67 @@ TEST_F(HostileFiles, AFullStandardOutputIsTold) {
   ExpectRefused(run("tagtwist_simulate", {"--output", "sim", "--images=false", "--duration", "1"}),
                 fault);
   ExpectRefused(run("tagtwist_estimate", {"--dataset", "rec", "--use_detections"}), fault);
+}
+
+TEST_F(HostileFiles, SizesBeyondAllNumbersAreRefusedInBothModes) {
+  const std::string course = ReadText(std::string(TAGTWIST_SOURCE_DIR) + "/configs/course.yaml");
+  for (const auto& [key, value] : {std::pair("fx", "1e308"), {"tag_size_m", "1e-300"}}) {
+    std::string text = course;
+    const size_t at = text.find(std::string(key) + ": ") + std::string(key).size() + 2;
+    text.replace(at, text.find_first_of(" #\n", at) - at, value);
+    WriteText(folder_ / "x", text);
+    ExpectRefused(Estimate({"--config", "x"}), key);
+    ExpectRefused(Estimate({"--config", "x", "--sliding_window"}), key);
+  }
+}
+
+TEST_F(HostileFiles, AWindowWithoutAnyPoseIsTold) {
+  const std::string course = ReadText(std::string(TAGTWIST_SOURCE_DIR) + "/configs/course.yaml");
+  std::string text = course;
+  const size_t at = text.find("fx: ") + 4;
+  text.replace(at, text.find_first_of(" #\n", at) - at, "1e-6");
+  WriteText(folder_ / "x", text);
+  const ProgramRun run = Estimate({"--config", "x", "--sliding_window"});
+  EXPECT_EQ(run.status, 1) << run.out;
+}
+
+TEST_F(HostileFiles, AStreamOntoAFullDiskIsTold) {
+  const ProgramRun run = Estimate({"--sliding_window", "--stream", "/dev/full"});
+  ExpectRefused(run, "stream to /dev/full ended after 0 rows: No space left on device");
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/states.csv")) << "the results are there";
+}
+
+TEST_F(HostileFiles, NumbersOfFlagsAreNumbers) {
+  for (const char* flag : {"--accel_psd=", "--accel_psd=0x10", "--max_frames=0x10",
+                           "--threads=", "--accel_psd=+-1", "--accel_psd=nan"}) {
+    const ProgramRun run = Estimate({flag});
+    EXPECT_EQ(run.status, 2) << flag;
+    EXPECT_TRUE(IsOneLine(run.err)) << run.err;
+  }
+  WriteText(folder_ / "x", "estimator: {accel_psd: +-1}\n");
+  ExpectRefused(Estimate({"--config", "x"}), "accel_psd: expected a finite number");
+}
+
+TEST_F(HostileFiles, ACompressedVariableOfZerosIsNotInflatedWhole) {
+  const uLong zeros = 120'000'000;
+  std::string plain(zeros + 8, '\0'), packed(compressBound(zeros + 8), '\0');
+  plain[0] = 14;  // a matrix, and its length
+  for (int i = 0; i < 4; ++i) plain[size_t(4 + i)] = static_cast<char>(zeros >> (8 * i) & 0xFF);
+  uLongf size = packed.size();
+  ASSERT_EQ(compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+                     reinterpret_cast<const Bytef*>(plain.data()), plain.size()),
+            Z_OK);
+  std::string file(124, ' ');
+  file += std::string("\0\1IM", 4) + std::string("\x0f\0\0\0", 4);
+  for (int i = 0; i < 4; ++i) file += static_cast<char>(size >> (8 * i) & 0xFF);
+  WriteText(folder_ / "x.mat", file + packed.substr(0, size));
+  ExpectRefused(Run("tagtwist_estimate", {"--dataset", "x.mat", "--output", "out"}),
+                "becomes larger than any recording");
+}
+
+TEST_F(HostileFiles, ABagWhoseHeaderIsLongerThanItIs) {
+  WriteText(folder_ / "x.bag", std::string("#ROSBAG V2.0\n\x04\0\0\0\x3f\x42\x0f\0\0\0\0\0", 25));
+  ExpectRefused(Run("tagtwist_estimate", {"--dataset", "x.bag", "--output", "out"}), "x.bag: ");
 }
 
 }  // namespace

@@ -107,6 +107,25 @@ std::string_view WithoutSourceMap(std::string_view script) {
   return script.substr(0, script.find("//# sourceMappingURL"));
 }
 
+// Bytes of the character that a text begins with; 0 where that is no UTF-8 (RFC 3629, table 3).
+size_t Utf8Length(std::string_view text) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned first = byte(0);
+  if (first < 0x80) return 1;
+  const size_t length = first >= 0xC2 && first <= 0xDF   ? 2
+                        : first >= 0xE0 && first <= 0xEF ? 3
+                        : first >= 0xF0 && first <= 0xF4 ? 4
+                                                         : 0;
+  if (length == 0 || text.size() < length) return 0;
+  const unsigned least = first == 0xE0 ? 0xA0 : first == 0xF0 ? 0x90 : 0x80;
+  const unsigned most = first == 0xED ? 0x9F : first == 0xF4 ? 0x8F : 0xBF;
+  if (byte(1) < least || byte(1) > most) return 0;
+  for (size_t i = 2; i < length; ++i) {
+    if (byte(i) < 0x80 || byte(i) > 0xBF) return 0;
+  }
+  return length;
+}
+
 }  // namespace
 
 std::vector<size_t> ThinnedIndices(const Plot& plot, size_t max_points) {
@@ -136,8 +155,15 @@ std::vector<size_t> ThinnedIndices(const Plot& plot, size_t max_points) {
 
 std::string EscapeHtml(const std::string& text) {
   std::string out;
-  for (const char c : text) {
-    if (c == '&') {
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const size_t length = Utf8Length(std::string_view(text).substr(i));
+    if (length == 0) {
+      out += "\xEF\xBF\xBD";  // the sign for what is no character
+    } else if (length > 1) {
+      out += text.substr(i, length);
+      i += length - 1;
+    } else if (c == '&') {
       out += "&amp;";
     } else if (c == '<') {
       out += "&lt;";

@@ -1,9 +1,9 @@
 #include "frontend/base/files/file_set.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -66,14 +66,6 @@ Status MakeFolders(const std::vector<std::string>& outermost_first) {
   return Ok();
 }
 
-// A file or folder on its way to the disk, as far as the system can tell.
-void Flush(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
-}
-
 // A rename that can be taken back.
 struct Move {
   fs::path from, to;
@@ -88,6 +80,8 @@ void Undo(const std::vector<Move>& moves) {
 Status Finish(const fs::path& folder) {
   const fs::path commit = folder / kCommit;
   const auto text = ReadWholeFile((commit / kPlan).string());
+  std::error_code unknown;
+  if (!text && !fs::exists(commit, unknown)) return Ok();  // another process was faster
   if (!text) {
     return CannotWrite(folder.string(), commit.string() + " lacks its plan: remove it");
   }
@@ -100,7 +94,7 @@ Status Finish(const fs::path& folder) {
   }
   std::error_code ignored;
   for (const std::string& name : plan.remove) fs::remove(folder / name, ignored);
-  Flush(folder.string());
+  FlushToDisk(folder.string());
   // It does not count any more before it goes, file by file.
   const fs::path done = PartialName((folder / "results").string(), ::getpid()) + "-done";
   fs::rename(commit, done, ignored);
@@ -203,13 +197,19 @@ Status FileSet::Add(const std::string& name, const std::string& content) {
 }
 
 Status FileSet::Commit(const std::vector<std::string>& obsolete) {
-  for (const std::string& name : names_) Flush(partial_.path() + "/" + name);
+  for (const std::string& name : names_) {
+    const int failure = FlushToDisk(partial_.path() + "/" + name);
+    if (failure != 0) {
+      return CannotWrite(folder_ + "/" + name, std::generic_category().message(failure));
+    }
+  }
   if (folder_existed_) return CommitIntoFolder(obsolete);
-  Flush(partial_.path());
+  FlushToDisk(partial_.path());
   if (const int failure = partial_.PutAt(folder_); failure != 0) {
     return CannotWrite(folder_, std::generic_category().message(failure));
   }
-  Flush(fs::path(folder_).parent_path().empty() ? "." : fs::path(folder_).parent_path().string());
+  FlushToDisk(fs::path(folder_).parent_path().empty() ? "."
+                                                      : fs::path(folder_).parent_path().string());
   committed_ = true;
   return Ok();
 }
@@ -246,8 +246,10 @@ Status FileSet::CommitIntoFolder(const std::vector<std::string>& obsolete) {
       !written) {
     return written;
   }
-  Flush(partial_.path() + "/" + kPlan);
-  Flush(partial_.path());
+  if (const int failure = FlushToDisk(partial_.path() + "/" + kPlan); failure != 0) {
+    return CannotWrite(folder_, std::generic_category().message(failure));
+  }
+  FlushToDisk(partial_.path());
   const std::string commit = (fs::path(folder_) / kCommit).string();
   const std::string own = partial_.path();
   for (int failure = EEXIST; failure != 0;) {
@@ -257,9 +259,9 @@ Status FileSet::CommitIntoFolder(const std::vector<std::string>& obsolete) {
       return CannotWrite(folder_, std::generic_category().message(failure));
     }
   }
-  Flush(folder_);
+  FlushToDisk(folder_);
   const auto moved = MoveAll(*leaving);
-  Flush(folder_);
+  FlushToDisk(folder_);
   // It does not count any more before it goes, file by file.
   partial_.Rename(own);
   committed_ = static_cast<bool>(moved);

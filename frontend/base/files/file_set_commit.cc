@@ -4,6 +4,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <sstream>
 
 namespace tagtwist {
@@ -34,5 +35,14 @@ CommitLock::~CommitLock() {
 }
 
 bool CommitLock::Take() const { return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0; }
+
+int FlushToDisk(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  int failure = ::fsync(descriptor) == 0 ? 0 : errno;
+  if (failure == EINVAL || failure == EROFS || failure == ENOSYS) failure = 0;  // it has no such
+  ::close(descriptor);
+  return failure;
+}
 
 }  // namespace tagtwist

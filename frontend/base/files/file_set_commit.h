@@ -30,4 +30,7 @@ class CommitLock {
   int descriptor_;
 };
 
+/// Puts a file or folder on the disk, as far as its file system can. 0 or errno.
+int FlushToDisk(const std::string& path);
+
 }  // namespace tagtwist

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "frontend/base/files/input_file.h"
+#include "frontend/io/images/image_header.h"
 
 namespace tagtwist {
 namespace {
@@ -59,8 +60,20 @@ std::optional<std::string> FormatFault(std::string_view bytes) {
 
 }  // namespace
 
-Result<cv::Mat> DecodeGrayImage(const std::string& bytes) {
+std::optional<std::string> FrameSizeFault(uint64_t width, uint64_t height, const Limits& limits) {
+  const auto most = static_cast<uint64_t>(limits.frame_pixels);
+  if (width == 0 || height == 0 || width <= most / height) return std::nullopt;
+  return "expected at most " + std::to_string(most / 1'000'000) + " million pixels, got " +
+         std::to_string(width) + " x " + std::to_string(height);
+}
+
+Result<cv::Mat> DecodeGrayImage(const std::string& bytes, const Limits& limits) {
   if (const auto fault = FormatFault(bytes)) return Error{*fault};
+  if (const auto header = ReadImageHeader(bytes)) {
+    if (const auto fault = FrameSizeFault(header->width, header->height, limits)) {
+      return Error{*fault};
+    }
+  }
   cv::Mat image;
   try {
     const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
@@ -72,14 +85,14 @@ Result<cv::Mat> DecodeGrayImage(const std::string& bytes) {
   return image;
 }
 
-Result<cv::Mat> ReadGrayImage(const std::string& path) {
+Result<cv::Mat> ReadGrayImage(const std::string& path, const Limits& limits) {
   // A pipe among thousands of images would be waited for each time.
   if (const auto regular = CheckRegularFile(path); !regular) {
     return Error{regular.error().message.substr(path.size() + 2)};
   }
-  const auto bytes = ReadWholeFile(path);
+  const auto bytes = ReadWholeFile(path, limits);
   if (!bytes) return Error{bytes.error().message.substr(path.size() + 2)};  // without "path: "
-  return DecodeGrayImage(*bytes);
+  return DecodeGrayImage(*bytes, limits);
 }
 
 Result<std::string> EncodePng(const cv::Mat& gray) {

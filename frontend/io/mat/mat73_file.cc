@@ -57,8 +57,10 @@ std::string MatlabClass(hid_t object) {
   const Handle attribute(H5Aopen(object, "MATLAB_class", H5P_DEFAULT), H5Aclose);
   const Handle type(H5Aget_type(attribute.id()), H5Tclose);
   if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0) return "";
-  std::string out(H5Tget_size(type.id()), '\0');
-  if (out.size() > 64 || H5Aread(attribute.id(), type.id(), out.data()) < 0) return "";
+  const size_t size = H5Tget_size(type.id());
+  if (size > 64) return "";
+  std::string out(size, '\0');
+  if (H5Aread(attribute.id(), type.id(), out.data()) < 0) return "";
   return out.substr(0, out.find('\0'));
 }
 
@@ -88,6 +90,31 @@ MatArray NotAnArray() {
   return out;
 }
 
+// Whether so many elements can be in the file: a damaged extent asks for memory that nothing fills.
+// Deflate, MATLAB's filter, makes data at most 1032 times smaller; what is stored nowhere reads as
+// zeros, and little of that is plausible.
+bool CanHold(hid_t dataset, size_t elements) {
+  constexpr uint64_t kMostRatio = 1032, kAlways = 1U << 20;
+  const Handle type(H5Dget_type(dataset), H5Tclose);
+  const uint64_t bytes = elements * std::max<uint64_t>(H5Tget_size(type.id()), 1);
+  const Handle file(H5Iget_file_id(dataset), H5Fclose);
+  hsize_t file_bytes = 0;
+  if (H5Fget_filesize(file.id(), &file_bytes) < 0) return false;
+  const uint64_t stored = std::min<uint64_t>(H5Dget_storage_size(dataset), file_bytes);
+  if (bytes > kAlways && bytes / kMostRatio > stored) return false;
+  const Handle made(H5Dget_create_plist(dataset), H5Pclose);
+  if (H5Pget_layout(made.id()) != H5D_CHUNKED) return bytes <= kAlways || bytes <= stored;
+  std::array<hsize_t, H5S_MAX_RANK> sides{};
+  const int rank = H5Pget_chunk(made.id(), static_cast<int>(sides.size()), sides.data());
+  uint64_t chunk = bytes / std::max<size_t>(elements, 1);
+  for (int i = 0; i < rank; ++i) {
+    const uint64_t side = std::max<hsize_t>(sides[static_cast<size_t>(i)], 1);
+    if (chunk > (kAlways + kMostRatio * file_bytes) / side) return false;
+    chunk *= side;
+  }
+  return true;
+}
+
 // The elements of an object; nullopt when they cannot be read.
 std::optional<MatArray> ReadArray(hid_t object) {
   if (H5Iget_type(object) != H5I_DATASET) return NotAnArray();
@@ -99,7 +126,7 @@ std::optional<MatArray> ReadArray(hid_t object) {
   if (text || (type_class != H5T_INTEGER && type_class != H5T_FLOAT)) return NotAnArray();
   out.dims = MatlabDims(object);
   const auto n = CountElements(out.dims);
-  if (out.dims.empty() || !n) return std::nullopt;
+  if (out.dims.empty() || !n || !CanHold(object, *n)) return std::nullopt;
   const bool bytes = type_class == H5T_INTEGER && H5Tget_size(type.id()) == 1 &&
                      H5Tget_sign(type.id()) == H5T_SGN_NONE;
   out.kind = bytes ? MatArray::Kind::kBytes : MatArray::Kind::kNumbers;
@@ -214,7 +241,7 @@ class Mat73File : public MatFile {
       if (type && H5Tget_class(type.id()) == H5T_REFERENCE &&
           MatlabClass(field.object.id()).empty()) {
         const auto n = CountElements(MatlabDims(field.object.id()));
-        field.references.resize(n.value_or(0));
+        field.references.resize(n && CanHold(field.object.id(), *n) ? *n : 0);
         if (field.references.empty() || (!fields_.empty() && *n != size_) ||
             H5Dread(field.object.id(), H5T_STD_REF_OBJ, H5S_ALL, H5S_ALL, H5P_DEFAULT,
                     field.references.data()) < 0) {

@@ -17,6 +17,9 @@
 namespace tagtwist {
 namespace {
 
+// Images of one gray deflate to a thousandth, real ones to a half.
+constexpr uint64_t kAlwaysInflated = 64'000'000, kMostRatio = 100;
+
 using Chunk = std::array<unsigned char, 65536>;
 
 // Feeds the element's bytes to take(data, size), which returns false to stop; false when the file
@@ -37,7 +40,9 @@ bool ForEachChunk(std::FILE* file, uint64_t begin, uint64_t length, const Take& 
 // One zlib stream, inflated into a file.
 class Inflater {
  public:
-  explicit Inflater(std::FILE* to) : to_(to) { ready_ = ::inflateInit(&stream_) == Z_OK; }
+  Inflater(std::FILE* to, uint64_t most_bytes) : to_(to), most_bytes_(most_bytes) {
+    ready_ = ::inflateInit(&stream_) == Z_OK;
+  }
   ~Inflater() { ::inflateEnd(&stream_); }
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
@@ -56,6 +61,8 @@ class Inflater {
       if (written_ < kMatTagBytes)
         std::memcpy(tag_.data() + written_, out_->data(), std::min(got, kMatTagBytes - written_));
       written_ += got;
+      too_large_ = written_ > most_bytes_;
+      if (too_large_) return false;
       write_failed_ = std::fwrite(out_->data(), 1, got, to_) != got;
       if (write_failed_) return false;
     }
@@ -68,18 +75,22 @@ class Inflater {
            MatUint32(tag_.data() + 4, big_endian) == written_ - kMatTagBytes;
   }
   bool write_failed() const { return write_failed_; }
+  bool too_large() const { return too_large_; }
+  uint64_t written() const { return written_; }
 
  private:
   std::FILE* to_;
+  uint64_t most_bytes_;
   z_stream stream_ = {};
-  bool ready_ = false, ended_ = false, write_failed_ = false;
+  bool ready_ = false, ended_ = false, write_failed_ = false, too_large_ = false;
   uint64_t written_ = 0;
   std::array<unsigned char, kMatTagBytes> tag_ = {};
   std::unique_ptr<Chunk> out_ = std::make_unique<Chunk>();
 };
 
+// `left_bytes`: that may still be inflated.
 Status CopyElement(std::FILE* from, const MatElement& element, bool big_endian, std::FILE* to,
-                   const std::string& path, const std::string& copy_path) {
+                   const std::string& path, const std::string& copy_path, uint64_t* left_bytes) {
   const Error write_error{path + ": cannot inflate into " + copy_path + ": " +
                           std::strerror(ENOSPC)};
   const uint64_t tag_begin = element.begin - kMatTagBytes;
@@ -90,11 +101,16 @@ Status CopyElement(std::FILE* from, const MatElement& element, bool big_endian, 
     if (!copied) return write_error;
     return Ok();
   }
-  Inflater inflater(to);
+  Inflater inflater(to, *left_bytes);
   const bool inflated =
       ForEachChunk(from, element.begin, element.length,
                    [&](unsigned char* data, size_t size) { return inflater.Take(data, size); });
   if (inflater.write_failed()) return write_error;
+  if (inflater.too_large()) {
+    return Error{path + ": the compressed variable at byte " + std::to_string(tag_begin) +
+                 " becomes larger than any recording of that file's size"};
+  }
+  *left_bytes -= inflater.written();
   if (!inflated || !inflater.IsWhole(big_endian)) {
     return Error{path + ": damaged: the compressed variable at byte " + std::to_string(tag_begin) +
                  " does not inflate"};
@@ -107,9 +123,14 @@ Status CopyPlain(std::FILE* from, const MatElements& contents, const std::string
   const CFile to = OpenCFile(copy_path, "wbe");
   bool written = to != nullptr && std::fwrite(contents.header.data(), 1, kMatHeaderBytes,
                                               to.get()) == kMatHeaderBytes;
+  const uint64_t file_bytes = contents.variables.empty() ? 0
+                                                         : contents.variables.back().begin +
+                                                               contents.variables.back().length;
+  uint64_t left_bytes = kAlwaysInflated + kMostRatio * file_bytes;
   for (const MatElement& element : contents.variables) {
     if (!written) break;
-    Status copied = CopyElement(from, element, contents.big_endian, to.get(), path, copy_path);
+    Status copied =
+        CopyElement(from, element, contents.big_endian, to.get(), path, copy_path, &left_bytes);
     if (!copied) return copied;
   }
   written = written && std::fflush(to.get()) == 0;

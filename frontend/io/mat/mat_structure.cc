@@ -10,7 +10,8 @@ namespace {
 constexpr uint32_t kCell = 1, kStruct = 2, kFirstNumeric = 6, kLastNumeric = 15;
 constexpr uint32_t kInt8 = 1, kInt32 = 5, kUint32 = 6;
 constexpr uint32_t kComplexFlag = 0x800;
-constexpr int kDeepest = 32;  // structs in structs
+constexpr uint64_t kMostMatrices = 1'000'000;  // fields and cells of a file
+constexpr int kDeepest = 32;                   // structs in structs
 
 // Bytes of an element of a storage type; 0 for what stores no numbers.
 uint64_t StorageBytes(uint32_t type) {
@@ -63,6 +64,9 @@ class StructureCheck {
   }
 
   bool AreSoundMatrices(uint64_t count, int depth) {
+    // matio keeps some hundred bytes for each, however empty it is.
+    matrices_ += count;
+    if (matrices_ > kMostMatrices) return false;
     for (uint64_t i = 0; i < count; ++i) {
       const auto matrix = Next();
       if (!matrix || matrix->type != kMatMatrixType) return false;
@@ -112,7 +116,7 @@ class StructureCheck {
 
   std::FILE* file_;
   bool big_endian_;
-  uint64_t at_ = 0, end_ = 0;
+  uint64_t at_ = 0, end_ = 0, matrices_ = 0;
 };
 
 }  // namespace

@@ -16,6 +16,7 @@
 
 #include "frontend/io/images/image_file.h"
 #include "frontend/io/images/raw_image.h"
+#include "frontend/io/recordings/bag_check.h"
 #include "frontend/io/recordings/data_source_kinds.h"
 #include "frontend/io/tables/stamps.h"
 #include "frontend/io/trajectories/truth_parts.h"
@@ -257,6 +258,7 @@ class BagSource : public DataSource {
 Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
                                                   const DataSourceOptions& options) {
   if (options.use_detections) return Error{path + ": a bag has no detections to use"};
+  if (const auto sound = CheckBagRecords(path); !sound) return sound.error();
   console_bridge::noOutputHandler();  // rosbag would print besides
   try {
     auto source = std::make_unique<BagSource>(path, options.read_images);

@@ -90,7 +90,11 @@ class TreeWriter : public DatasetWriter {
   Status Write(const std::string& file, const std::string& content) {
     const std::filesystem::path target = std::filesystem::path(partial_.path()) / file;
     std::error_code failure;
-    std::filesystem::create_directories(target.parent_path(), failure);
+    // One level after the other: the partial folder itself does not come back once it was removed.
+    std::filesystem::path folder = partial_.path();
+    for (const auto& part : std::filesystem::path(file).parent_path()) {
+      std::filesystem::create_directory(folder /= part, failure);
+    }
     const auto written = WriteFileAtomically(target.string(), content);
     if (written) return Ok();
     // The partial folder is ours alone to know of: name the file by where it would have been.

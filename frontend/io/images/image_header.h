@@ -1,0 +1,17 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace tagtwist {
+
+/// Pixels across and down that an image says it has.
+struct ImageHeader {
+  uint64_t width = 0, height = 0;
+};
+
+/// Read from the bytes of a PNG, JPEG, TIFF, BMP, WebP or PNM, before anything is decoded; nullopt:
+/// another format, or its header is cut. Sizes as in those formats' specifications.
+std::optional<ImageHeader> ReadImageHeader(std::string_view bytes);
+
+}  // namespace tagtwist

@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+
+#include "frontend/base/result.h"
+
+namespace tagtwist {
+
+/// Checks the records of a ROS 1 bag, format 2.0 (wiki.ros.org/Bags/Format/2.0), before ROS' own
+/// library reads it, which trusts their lengths and places: every header's fields fill it, records
+/// lie within the file, chunks and indices are where others say, chunks do not become absurdly
+/// large, and images in chunks that are not compressed have the bytes that they announce. Looks at
+/// headers alone, not at what messages hold.
+/// "x.bag: a damaged bag: the record at byte 13 does not add up".
+Status CheckBagRecords(const std::string& path);
+
+}  // namespace tagtwist

@@ -1,0 +1,39 @@
+"""Reads the ELF headers of programs: python3 hardened.py FILE...
+
+Each must be position independent, bound at its start (full RELRO), have no executable stack, and no RPATH or RUNPATH,
+whose empty entries would be the folder that it is started in. Prints a line for each fault and exits with 1; with 77
+without readelf."""
+import shutil
+import subprocess
+import sys
+
+
+def readelf(flag, path):
+    return subprocess.run(["readelf", "-W", flag, path], capture_output=True, text=True, check=True).stdout
+
+
+def faults(path):
+    dynamic, headers = readelf("-d", path), readelf("-l", path)
+    if "RPATH" in dynamic or "RUNPATH" in dynamic:
+        yield "has a RUNPATH"
+    if "BIND_NOW" not in dynamic and "Flags: NOW" not in dynamic:
+        yield "is not bound at its start"
+    if "GNU_RELRO" not in headers:
+        yield "has no RELRO"
+    stack = [line for line in headers.splitlines() if "GNU_STACK" in line]
+    if not stack or " RWE" in stack[0]:
+        yield "has an executable stack"
+    if "Type:" in readelf("-h", path) and "DYN" not in readelf("-h", path):
+        yield "is not position independent"
+
+
+def main(paths):
+    if shutil.which("readelf") is None:
+        return 77
+    told = [f"{path}: {fault}" for path in paths for fault in faults(path)]
+    print("\n".join(told))
+    return 1 if told else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
