@@ -8,7 +8,11 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
 
+#include "apps/estimate/doubts.h"
 #include "apps/estimate/estimate_flags.h"
+#include "apps/estimate/inputs.h"
+#include "apps/estimate/outcome.h"
+#include "apps/estimate/sources.h"
 #include "apps/estimate/state_stream.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
@@ -30,7 +34,7 @@
 #include "frontend/base/files/run_files.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/quantile.h"
-#include "frontend/io/trajectories/trajectory_file.h"
+#include "frontend/io/tables/detections_csv.h"
 
 namespace tagtwist {
 namespace {
@@ -40,18 +44,6 @@ double PeakRssMib() {
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux counts KiB
 }
-
-DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
-  DataSourceOptions options{job.run.use_detections, job.read_images, {}, {}};
-  if (!job.map_unknown_tags) {
-    options = RecordingOptions(config, job.run.use_detections, job.read_images);
-  }
-  options.topic = job.topic;
-  return options;
-}
-
-// Where figures are told: rows have standard output to themselves.
-std::ostream& Messages(const EstimateJob& job) { return job.stream == "-" ? std::cerr : std::cout; }
 
 // The refined set-up, told on standard output.
 Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
@@ -93,12 +85,6 @@ std::shared_ptr<const GyroAlignment> AlignGyroTo(const EstimateJob& job, const E
   return gyro ? std::make_shared<const GyroAlignment>(*gyro) : nullptr;
 }
 
-Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config) {
-  return IsCamera(job.dataset)
-             ? OpenCameraSource(job.dataset, config.set_up.rig.front().camera, SteadyNowNs)
-             : OpenDataSource(job.dataset, SourceOptions(job, config));
-}
-
 // Puts the feed in the source's place.
 LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, RunOptions* options,
                    CleanEnd* end) {
@@ -111,44 +97,6 @@ LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, 
   options->threads = 1;  // frames that are measured ahead would be waited for
   options->age_ms = [feed](int64_t t_ns) { return feed->AgeMs(t_ns); };
   return feed;
-}
-
-// Truth of the file that is named, else the recording's own.
-Result<std::vector<TruthSample>> TruthOf(const EstimateJob& job, const DataSource& source) {
-  if (job.ground_truth.empty()) return source.ground_truth();
-  auto truth = ReadGroundTruth(job.ground_truth);
-  if (!truth) return truth;
-  const std::vector<int64_t>& stamps_ns = source.stamps_ns();
-  if (truth->back().t_ns < stamps_ns.front() || truth->front().t_ns > stamps_ns.back()) {
-    return Error{job.ground_truth + ": no sample lies within the recording"};
-  }
-  return truth;
-}
-
-OverlayOptions OverlayOptionsOf(const EstimateJob& job) {
-  return {job.overlay, job.run.use_detections, job.run.threads};
-}
-
-// The recording once more, for its images.
-Result<std::unique_ptr<DataSource>> OpenForOverlay(const EstimateJob& job, const Config& config) {
-  DataSourceOptions options = SourceOptions(job, config);
-  options.read_images = true;
-  return OpenDataSource(job.dataset, options);
-}
-
-// Before anything takes its time.
-Status CheckOverlayOf(const EstimateJob& job, const Config& config) {
-  auto source = OpenForOverlay(job, config);
-  if (!source) return source.error();
-  return CheckOverlay(job.dataset, OverlayOptionsOf(job), source->get());
-}
-
-Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estimate& estimate) {
-  auto source = OpenForOverlay(job, config);
-  if (!source) return source.error();
-  const auto written = WriteOverlay(OverlayOptionsOf(job), config, estimate, source->get());
-  if (written) Messages(job) << "overlay: " << job.overlay << "\n";
-  return written;
 }
 
 std::string LiveText(const LiveRun& live, size_t n_frames) {
@@ -180,24 +128,6 @@ Result<RunResult> RunAndStream(const EstimateJob& job, DataSource* source, const
   return out;
 }
 
-// The estimate, its warnings told on standard error. `lost_rows`: why --stream lacks some.
-Result<RunResult> EstimateAndWarn(const EstimateJob& job, DataSource* source, const LiveFeed* feed,
-                                  const Config& config, const RunOptions& options,
-                                  std::string* lost_rows) {
-  auto out = job.stream.empty() ? RunEstimate(job.dataset, source, config, options)
-                                : RunAndStream(job, source, config, options, lost_rows);
-  if (!out) return out;
-  if (feed != nullptr) {
-    out->facts.live->frames_dropped = feed->dropped();
-    std::cerr << "tagtwist_estimate: " << LiveText(*out->facts.live, out->estimate.frames.size())
-              << "\n";
-  }
-  for (const std::string& warning : out->estimate.warnings) {
-    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
-  }
-  return out;
-}
-
 // Names of older results that stay: this run reads them.
 Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
   RunFiles files;
@@ -211,13 +141,63 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
   if (auto checked = files.Writes("--stream", stream); !checked) return checked.error();
   if (auto checked = files.WritesStandardOutput(); !checked) return checked.error();
   const ResultKinds kinds{job.run.sliding_window, job.write_covariance, job.calibrate,
-                          job.map_unknown_tags};
+                          job.map_unknown_tags, job.write_detections};
   return files.WritesSet("--output", ResultSet(job.output, kinds));
+}
+
+// With --calibrate: the set-up is refined first, and the run goes on with it. --tracks is of this
+// run alone: what is written goes on with what the configuration said.
+Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* config,
+                        ResultContext* context) {
+  if (!job.calibrate) return Ok();
+  auto calibration = CalibrateFirst(job, *config, context->truth);
+  if (!calibration) return calibration.error();
+  config->set_up = calibration->set_up;
+  Config to_go_on_with = *config;
+  to_go_on_with.estimator.use_tracks = configured_tracks;
+  context->options_text = OptionsText(to_go_on_with);
+  context->calibration = std::make_shared<const Calibration>(std::move(*calibration));
+  return Ok();
+}
+
+// What the run gives, with what its inputs and doubts say among its warnings. `lost_rows`: why
+// --stream lacks some.
+Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, const Inputs& taken,
+                                  RunOptions options, DataSource* source, const LiveFeed* feed,
+                                  ResultContext* context, std::string* lost_rows) {
+  TagSample sample;
+  if (job.write_detections) context->detections_csv = DetectionsWithCovariancesHeader();
+  options.on_measurements = [&](const FrameMeasurements& frame) {
+    sample.Add(frame);
+    if (!job.write_detections) return;
+    context->detections_csv += FormatDetectionsWithCovariances(frame.t_ns, frame.tags);
+  };
+  auto run = job.stream.empty() ? RunEstimate(job.dataset, source, config, options)
+                                : RunAndStream(job, source, config, options, lost_rows);
+  const Doubts doubts = DoubtsOf(job, config, sample, context->truth,
+                                 run ? &run->estimate : nullptr, run ? "" : run.error().message);
+  context->facts.dataset = job.dataset;
+  context->facts.inputs = InputFilesOf(job);
+  context->facts.taken = taken.lines;
+  if (!run) return FailureOf(job, run.error(), taken, doubts, context->facts);
+  std::vector<std::string>& warnings = run->estimate.warnings;
+  warnings.insert(warnings.begin(), taken.warnings.begin(), taken.warnings.end());
+  for (const Fault& fault : doubts) warnings.push_back(TextOf(fault));
+  if (feed != nullptr) {
+    run->facts.live->frames_dropped = feed->dropped();
+    std::cerr << "tagtwist_estimate: " << LiveText(*run->facts.live, run->estimate.frames.size())
+              << "\n";
+  }
+  for (const std::string& warning : warnings) {
+    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
+  }
+  return run;
 }
 
 // Everything between the flags and the last line printed. --tracks is of this run alone: what a
 // calibration writes goes on with what the configuration said.
-Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanEnd* end) {
+Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanEnd* end,
+           Outcome* worst) {
   const Stopwatch watch;
   auto kept = CheckInputsAreKept(job);
   if (!kept) return kept.error();
@@ -236,24 +216,24 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   }
   auto source = OpenSource(job, config);
   if (!source) return source.error();
+  auto taken = TakeInputs(job, config, **source);
+  if (!taken) return taken.error();
+  for (const std::string& line : taken->lines) Messages(job) << line << "\n";
+  Messages(job) << "\n";
+  context.truth = std::move(taken->truth);
   const bool is_live = job.realtime || IsCamera(job.dataset);
   RunOptions options = job.run;
   LiveFeed* feed = nullptr;
   if (is_live) feed = MakeLive(job, &*source, &options, end);
-  auto truth = TruthOf(job, **source);
-  if (!truth) return truth.error();
-  context.truth = std::move(*truth);
-  if (job.calibrate) {
-    auto calibration = CalibrateFirst(job, config, context.truth);
-    if (!calibration) return calibration.error();
-    config.set_up = calibration->set_up;
-    Config to_go_on_with = config;
-    to_go_on_with.estimator.use_tracks = configured_tracks;
-    context.options_text = OptionsText(to_go_on_with);
-    context.calibration = std::make_shared<const Calibration>(std::move(*calibration));
+  if (const auto done = CalibrateIfAsked(job, configured_tracks, &config, &context); !done) {
+    context.facts.dataset = job.dataset;
+    context.facts.inputs = InputFilesOf(job);
+    context.facts.taken = taken->lines;
+    return FailureOf(job, done.error(), *taken, {}, context.facts);
   }
   std::string lost_rows;
-  auto run = EstimateAndWarn(job, source->get(), feed, config, options, &lost_rows);
+  auto run =
+      EstimateWatched(job, config, *taken, options, source->get(), feed, &context, &lost_rows);
   if (!run) return run.error();
   const Estimate& estimate = run->estimate;
   if (job.calibrate && !(*source)->imu().empty()) {
@@ -262,12 +242,13 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   context.rows = CompareMethods(estimate, context.truth, {});
   context.map = config.set_up.map;
   context.write_covariance = job.write_covariance;
+  run->facts.inputs = std::move(context.facts.inputs);
+  run->facts.taken = std::move(context.facts.taken);
   context.facts = std::move(run->facts);
   context.facts.wall_s = 1e-3 * watch.ElapsedMs();
   context.facts.peak_rss_mib = PeakRssMib();
   if (const auto written = WriteResults(job.output, estimate, context); !written) return written;
-  Messages(job) << FormatComparisonTable(context.rows) << "\nreport: " << job.output
-                << "/report.html\n";
+  *worst = TellResults(job, estimate, context, &Messages(job));
   if (!job.overlay.empty()) {
     if (const auto drawn = WriteOverlayOf(job, config, estimate); !drawn) return drawn;
   }
@@ -284,12 +265,17 @@ int Main(int argc, char** argv, const Usage& usage) {
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // quiet: faults are told in one line, by us
   auto config = LoadConfig(job->config);
   if (!config) return Fail(usage, config.error().message);
+  if (const auto given = CheckMapIsGiven(*job, *config); !given) {
+    return Fail(usage, given.error().message);
+  }
   const bool configured_tracks = config->estimator.use_tracks;
   if (const auto overridden = OverrideOptions(&config->estimator); !overridden) {
     return Fail(usage, overridden.error().message, 2);
   }
-  const auto done = Run(*job, *config, configured_tracks, &end);
-  return done ? 0 : Fail(usage, done.error().message);
+  Outcome worst = Outcome::kClean;
+  const auto done = Run(*job, *config, configured_tracks, &end, &worst);
+  if (!done) return Fail(usage, done.error().message);
+  return worst >= job->fail_on ? 3 : 0;
 }
 
 }  // namespace

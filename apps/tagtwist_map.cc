@@ -23,6 +23,9 @@ DEFINE_string(tag_family, "", "The tags' family, where the file does not say it.
 DEFINE_string(from, "",
               "Recording to make a map from: a course .mat, an EuRoC/ASL folder, a plain folder.");
 DEFINE_string(config, "", "Camera and detector for --from; configs/course.yaml's without it.");
+DEFINE_string(camera_file, "",
+              "Calibration to take the camera from, for --from, before the one in --config.");
+DEFINE_string(camera, "", "Which camera of --camera_file, where it has several: cam1.");
 DEFINE_string(output, "", "Map to write (YAML); for --from.");
 DEFINE_int32(root_tag, -1, "The tag whose frame is the world; -1: the one seen most often.");
 DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any where left out.");
@@ -42,9 +45,11 @@ Usage MapUsage() {
   usage.summary =
       "Checks a map of AprilTags (ids given twice or not in the family, tags that overlap or have\n"
       "no size) and draws it. Makes one from a recording and the tags' size.";
-  usage.groups = {{"The map", {"check", "map", "tag_size_m", "tag_family"}},
-                  {"Making one", {"from", "config", "root_tag", "topic", "use_detections"}},
-                  {"What to write", {"render", "output"}}};
+  usage.groups = {
+      {"The map", {"check", "map", "tag_size_m", "tag_family"}},
+      {"Making one",
+       {"from", "config", "camera_file", "camera", "root_tag", "topic", "use_detections"}},
+      {"What to write", {"render", "output"}}};
   usage.examples = {
       {"A map to print, in true size", "tagtwist_map --map mat.yaml --render mat.svg"},
       {"A map of tags that nobody surveyed",
@@ -58,6 +63,9 @@ std::string WrongFlags() {
       return "--from: expected without --check, --map and --render";
     }
     if (!(FLAGS_tag_size_m > 0)) return "--tag_size_m: needed with --from, expected > 0";
+    if (!FLAGS_camera.empty() && FLAGS_camera_file.empty()) {
+      return "--camera: expected with --camera_file";
+    }
     return FLAGS_output.empty() ? "--output: needed with --from, and not given" : "";
   }
   if (FLAGS_check.empty() && FLAGS_map.empty()) return "--check or --map: needed, and not given";
@@ -74,7 +82,7 @@ Result<TagMap> Read(const std::string& path) {
 
 Status MakeMap() {
   const auto config =
-      FLAGS_config.empty() ? Result<Config>(DefaultConfig()) : LoadConfig(FLAGS_config);
+      LoadConfig(ConfigFiles{FLAGS_config, FLAGS_camera_file, FLAGS_camera, {}, {}});
   if (!config) return config.error();
   MapJob job;
   job.recording = FLAGS_from;
@@ -96,6 +104,7 @@ Status CheckInputsAreKept() {
   files.Reads("--check", FLAGS_check);
   files.Reads("--map", FLAGS_map);
   files.Reads("--config", FLAGS_config);
+  files.Reads("--camera_file", FLAGS_camera_file);
   files.ReadsRecording("--from", FLAGS_from);
   if (auto checked = files.Writes("--render", FLAGS_render); !checked) return checked;
   if (auto checked = files.Writes("--output", FLAGS_output); !checked) return checked;

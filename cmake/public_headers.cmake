@@ -2,6 +2,7 @@
 # public ones alone (test `public_headers`); all else of the libraries is their own.
 set(TAGTWIST_PUBLIC_HEADERS
   # values
+  frontend/base/files/input_digest.h
   frontend/base/for_ranges.h
   frontend/base/named_enum.h
   frontend/base/ratio_statistic.h
@@ -26,6 +27,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   frontend/io/recordings/data_source.h
   frontend/io/setup/tag_map_file.h
   frontend/io/trajectories/trajectory_file.h
+  frontend/io/trajectories/trajectory_rows.h
   # flights without a camera
   frontend/simulation/named_flights.h
   frontend/simulation/renderer_options.h

@@ -17,10 +17,22 @@ DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any 
 DEFINE_string(ground_truth, "",
               "Poses to compare with: CSV, TUM, EuRoC or a course .mat. The recording's own where "
               "it has any.");
+DEFINE_string(
+    truth_topic, "",
+    "Of the ground truth: a topic of a ROS bag, or a body of a motion capture's file; the "
+    "only one where left out.");
 DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
 DEFINE_string(output, "results", "Folder to write to; made where it is missing.");
+DEFINE_string(
+    fail_on, "none",
+    "Exit status 3 where a run that is done has warnings, or also findings: none, warnings, "
+    "findings. Results are written all the same.");
 DEFINE_bool(write_covariance, false, "Also covariance.csv: the 12 x 12 of every frame.");
+DEFINE_bool(
+    write_detections, false,
+    "Also detections.csv: the corners as they were measured, with their covariances, so that "
+    "the run can be repeated without images (without tracks).");
 DEFINE_string(
     overlay, "",
     "Also a video, .mp4 or .avi, that shows on each image its tags, tracks, the map where "
@@ -170,18 +182,19 @@ Usage EstimateUsage() {
       "its covariance, and compares the closed form with the optimised trajectory. Writes\n"
       "optimised.tum, closed_form.tum, states.csv, summary.json and report.html (open it in a\n"
       "browser).";
-  usage.groups = {{"What to read",
-                   {"dataset", "topic", "ground_truth", "use_detections", "realtime", "max_frames",
-                    "duration"}},
-                  ConfigFlags(),
-                  {"What to write", {"output", "write_covariance", "overlay", "stream"}},
-                  {"How to estimate",
-                   {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window",
-                    "window_frames", "deadline_ms", "detection", "tracks", "clock"}},
-                  {"Noise (learned from the data unless given)",
-                   {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd",
-                    "angular_accel_psd", "jerk_psd", "angular_jerk_psd"}},
-                  {"Running", {"threads"}}};
+  usage.groups = {
+      {"What to read",
+       {"dataset", "topic", "ground_truth", "truth_topic", "use_detections", "realtime",
+        "max_frames", "duration"}},
+      ConfigFlags(),
+      {"What to write", {"output", "write_covariance", "write_detections", "overlay", "stream"}},
+      {"How to estimate",
+       {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
+        "deadline_ms", "detection", "tracks", "clock"}},
+      {"Noise (learned from the data unless given)",
+       {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
+        "jerk_psd", "angular_jerk_psd"}},
+      {"Running", {"threads", "fail_on"}}};
   usage.examples = {
       {"A video of tags on a board, the camera calibrated by Kalibr",
        "tagtwist_estimate --dataset flight.mp4 --camera_file camchain.yaml --map april_6x6.yaml"},
@@ -203,17 +216,32 @@ Result<EstimateJob> EstimateJobFromFlags() {
                             CheckRange("unknown_tag_size_m", FLAGS_unknown_tag_size_m, 0, 1e3)})) {
     return Error{*problem};
   }
+  if (FLAGS_window_frames != 0 && !FLAGS_sliding_window) {
+    return Error{"--window_frames: needs --sliding_window"};
+  }
+  if (FLAGS_unknown_tag_size_m != 0 && !FLAGS_map_unknown_tags) {
+    return Error{"--unknown_tag_size_m: needs --map_unknown_tags"};
+  }
+  if (FLAGS_fail_on == "warnings") {
+    job.fail_on = Outcome::kWarnings;
+  } else if (FLAGS_fail_on == "findings") {
+    job.fail_on = Outcome::kFindings;
+  } else if (FLAGS_fail_on != "none") {
+    return Error{"--fail_on: expected none, warnings or findings, got " + FLAGS_fail_on};
+  }
   job.dataset = FLAGS_dataset;
   const auto config = ConfigFilesFromFlags();
   if (!config) return config.error();
   job.config = *config;
   job.output = FLAGS_output;
   job.topic = FLAGS_topic;
+  job.truth_topic = FLAGS_truth_topic;
   job.ground_truth = FLAGS_ground_truth;
   job.overlay = FLAGS_overlay;
   job.stream = FLAGS_stream;
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;
   job.write_covariance = FLAGS_write_covariance;
+  job.write_detections = FLAGS_write_detections;
   job.calibrate = FLAGS_calibrate;
   job.map_unknown_tags = FLAGS_map_unknown_tags;
   job.unknown_tag_size_m = FLAGS_unknown_tag_size_m;

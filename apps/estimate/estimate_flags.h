@@ -7,18 +7,24 @@
 
 namespace tagtwist {
 
+/// How a run that is done has gone; kNever is worse than any.
+enum class Outcome { kClean, kFindings, kWarnings, kNever };
+
 /// What the command line of tagtwist_estimate asks for.
 struct EstimateJob {
   std::string dataset, topic, output, ground_truth;
-  std::string overlay;  // --overlay; empty: none
-  std::string stream;   // --stream; empty: none
+  std::string truth_topic;  // --truth_topic; empty: the only one
+  std::string overlay;      // --overlay; empty: none
+  std::string stream;       // --stream; empty: none
   ConfigFiles config;
   bool read_images = true;
   bool write_covariance = false;
+  bool write_detections = false;
   bool calibrate = false;
   bool map_unknown_tags = false;
   double unknown_tag_size_m = 0;  // 0: that of the map's tags
   bool realtime = false;
+  Outcome fail_on = Outcome::kNever;  // --fail_on: exit status 3 from there on
   RunOptions run;
 };
 

@@ -84,7 +84,9 @@ std::string HelpText(const Usage& usage) {
   for (const UsageExample& example : usage.examples) {
     out += "  " + example.purpose + ":\n    " + example.command + "\n";
   }
-  out += "\nExit status: 0 done; 1 bad input or data, told in one line; 2 wrong usage.\n";
+  out +=
+      "\nExit status: 0 done; 1 bad input or data, told in one line; 2 wrong usage; 3 done, with "
+      "what\n--fail_on asks for.\n";
   return out;
 }
 

@@ -7,6 +7,7 @@
 
 #include "apps/support/help_text.h"
 #include "apps/support/man_page.h"
+#include "frontend/base/nearest_name.h"
 #include "frontend/base/number_text.h"
 
 #ifndef TAGTWIST_VERSION
@@ -52,13 +53,30 @@ bool AnswerQuestion(const TypedFlag& flag, const Usage& usage, ParsedCommandLine
   return true;
 }
 
+std::vector<std::string> KnownFlags() {
+  std::vector<gflags::CommandLineFlagInfo> all;
+  gflags::GetAllFlags(&all);
+  std::vector<std::string> out;
+  for (const gflags::CommandLineFlagInfo& info : all) {
+    gflags::CommandLineFlagInfo own;
+    if (FindFlag(info.name, &own)) out.push_back(info.name);
+  }
+  return out;
+}
+
+// Flags that name what a run reads: a second one would silently take the place of the first.
+bool NamesAnInput(const std::string& name) {
+  return name == "dataset" || name == "config" || name == "camera_file" || name == "map" ||
+         name == "ground_truth";
+}
+
 // The fault in words, or empty; may take the value from the next argument.
 std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
   gflags::CommandLineFlagInfo info;
   if (!FindFlag(flag.name, &info)) {
     const bool negated = !flag.has_value && flag.name.rfind("no", 0) == 0;
     if (!negated || !FindFlag(flag.name.substr(2), &info) || info.type != "bool") {
-      return "unknown flag --" + flag.name;
+      return "unknown flag --" + flag.name + DidYouMean(flag.name, KnownFlags(), "--");
     }
     flag = {info.name, "false", true};
   }
@@ -67,6 +85,11 @@ std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
   } else if (!flag.has_value) {
     if (*i + 1 >= argc) return "--" + flag.name + ": expected a value";
     flag.value = argv[++*i];
+  }
+  const bool again = !info.is_default && !info.current_value.empty();
+  if (NamesAnInput(flag.name) && again && flag.value != info.current_value) {
+    return "--" + flag.name + ": given twice, '" + info.current_value + "' and '" + flag.value +
+           "': one run takes one";
   }
   const bool is_real = info.type == "double", is_whole = info.type.rfind("int", 0) == 0;
   // gflags takes nothing at all for 0, and hexadecimal numbers.

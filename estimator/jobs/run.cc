@@ -23,6 +23,7 @@ Status AddFrames(DataSource* source, const Config& config, const RunOptions& opt
     if (!*frame || !walk->Takes((*frame)->measurements.t_ns)) break;
     AddStageTimes(**frame, times);
     walk->Add((*frame)->image_problem, !(*frame)->measurements.tags.empty());
+    if (options.on_measurements) options.on_measurements((*frame)->measurements);
     batch->Add(std::move((*frame)->measurements));
   }
   return Ok();

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "estimator/online/online_options.h"
+#include "frontend/types/measurements.h"
 
 namespace tagtwist {
 
@@ -14,6 +15,8 @@ struct RunOptions {
   DetectionMode detection = DetectionMode::kAuto;  // full in a batch, and of detections at hand
   bool sliding_window = false;
   bool use_detections = false;
+  /// Batch: what was measured in each frame, before it is estimated with.
+  std::function<void(const FrameMeasurements&)> on_measurements = {};
   size_t max_frames = std::numeric_limits<size_t>::max();
   int64_t duration_ns = std::numeric_limits<int64_t>::max();  // from the first frame's stamp
   std::optional<double> deadline_ms;                          // of a frame, window mode

@@ -34,7 +34,17 @@ Status TakeCamera(const std::string& path, const std::string& name, bool has_mou
   RigCamera& camera = config->set_up.rig.front();
   camera.camera = file->camera;
   camera.line_time_s = file->line_time_s;
-  if (!has_mount) camera.cam_from_body = file->cam_from_body.value_or(Pose());
+  SetUpOrigins& origins = config->origins;
+  origins.camera = path + (name.empty() ? "" : ", " + name);
+  origins.notes = file->notes;
+  if (has_mount && file->cam_from_body) {
+    origins.notes.push_back(path + ": its mount, " + file->mount_key +
+                            ", is not used: the configuration has cam_from_body");
+  }
+  if (has_mount) return Ok();
+  camera.cam_from_body = file->cam_from_body.value_or(Pose());
+  origins.mount =
+      file->cam_from_body ? file->mount_key + " of " + path : "none given: the camera is the body";
   return Ok();
 }
 
@@ -47,6 +57,7 @@ Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
     camera.camera = Camera();
     ReadCameraKeys(&section, &camera.camera);
     ReadLineTime(&section, &camera.line_time_s);
+    config->origins.camera = node.file;
     return section.Finish();
   }
   section("name", name);
@@ -126,6 +137,7 @@ Config DefaultConfig() {
   Config config;
   config.set_up.rig.front().cam_from_body = CourseCamFromBody();
   config.set_up.map = MakeTagMap(TagGrid());
+  config.origins = {"the course's", "the course's", "the course's mat", true, {}};
   return config;
 }
 
@@ -148,10 +160,14 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   if (!files.camera_file.empty()) {
     sections.Keep(TakeCamera(files.camera_file, files.camera_name, mount != nullptr, &config));
   }
-  if (mount != nullptr)
+  if (mount != nullptr) {
     sections.Keep(ReadExtrinsic(*mount, &config.set_up.rig.front().cam_from_body));
+    config.origins.mount = mount->file;
+  }
   const YamlValue* map_node = sections.Find("tag_map");
   if (map_node != nullptr || !files.map.path.empty()) {
+    config.origins.map = files.map.path.empty() ? map_node->file : files.map.path;
+    config.origins.map_is_assumed = false;
     Result<TagMap> map =
         files.map.path.empty() ? ReadMapSection(*map_node) : ReadTagMapFile(files.map);
     if (map) {

@@ -11,6 +11,13 @@
 
 namespace tagtwist {
 
+/// Where the parts of a set-up come from, in words for the person who runs it.
+struct SetUpOrigins {
+  std::string camera, mount, map;
+  bool map_is_assumed = true;      // no file names one: it is the course's mat
+  std::vector<std::string> notes;  // what the files say and is not used: a line each
+};
+
 /// All that a run is configured with.
 struct Config {
   SetUp set_up;                        // its map is without the movable tags
@@ -18,6 +25,7 @@ struct Config {
   FrontEndOptions front_end;
   EstimatorOptions estimator;
   CalibrationOptions calibration;
+  SetUpOrigins origins;
 };
 
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.

@@ -6,7 +6,8 @@ const std::vector<std::string>& ResultNames() {
   static const std::vector<std::string> names = {
       "closed_form.tum",  "optimised.tum",           "states.csv",       "states_lagged.csv",
       "ground_truth.tum", "ground_truth_states.csv", "summary.json",     "report.html",
-      "covariance.csv",   "covariance_lagged.csv",   "calibration.yaml", "map.yaml"};
+      "covariance.csv",   "covariance_lagged.csv",   "calibration.yaml", "map.yaml",
+      "detections.csv"};
   return names;
 }
 
@@ -18,6 +19,7 @@ OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
     if ((lagged && !kinds.window) || (covariance && !kinds.covariance)) continue;
     if (name == "calibration.yaml" && !kinds.calibration) continue;
     if (name == "map.yaml" && !kinds.mapping) continue;
+    if (name == "detections.csv" && !kinds.detections) continue;
     out.written.push_back(name);
   }
   return out;

@@ -11,7 +11,7 @@ const std::vector<std::string>& ResultNames();
 
 /// What of WriteResults' files a run may write.
 struct ResultKinds {
-  bool window = false, covariance = false, calibration = false, mapping = false;
+  bool window = false, covariance = false, calibration = false, mapping = false, detections = false;
 };
 
 /// Those files, and what of older runs goes where this run does not write it.

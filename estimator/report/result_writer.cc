@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -112,6 +113,10 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
                      return FormatCovarianceCsv(e.lagged);
                    }});
   }
+  if (!context.detections_csv.empty()) {
+    out.push_back({"detections.csv",
+                   [](const Estimate&, const ResultContext& c) { return c.detections_csv; }});
+  }
   if (context.calibration) {
     out.push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
                      return FormatCalibrationConfig(*c.calibration, c.options_text);
@@ -150,6 +155,19 @@ Status WriteResults(const std::string& folder, const Estimate& estimate,
     obsolete.erase(std::remove(obsolete.begin(), obsolete.end(), name), obsolete.end());
   }
   return (*set)->Commit(obsolete);
+}
+
+Status WriteFailure(const std::string& folder, const std::string& error,
+                    const std::vector<std::string>& warnings, const RunFacts& facts) {
+  std::error_code unknown;
+  const bool has_results =
+      std::filesystem::exists(std::filesystem::path(folder) / "states.csv", unknown);
+  if (has_results) return Ok();
+  auto set = FileSet::Begin(folder);
+  if (!set) return set.error();
+  const std::string text = FormatJson(FailureJson(error, warnings, facts));
+  if (auto added = (*set)->Add("summary.json", text); !added) return added;
+  return (*set)->Commit();
 }
 
 }  // namespace tagtwist

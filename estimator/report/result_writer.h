@@ -28,16 +28,22 @@ struct ResultContext {
   std::shared_ptr<const Mapping> mapping;          // of tags that the map lacked, where asked for
   std::shared_ptr<const GyroAlignment> gyro;       // where asked for, and the recording has one
   std::vector<int> movable_tags;                   // passed over
+  std::string detections_csv;                      // empty: not asked for
   std::vector<std::string> kept;  // names of older runs' files that are not removed
 };
 
 /// Writes closed_form.tum, optimised.tum, states.csv, summary.json, report.html; with truth
 /// ground_truth.tum, and ground_truth_states.csv where it has twists; in window mode
 /// states_lagged.csv; when asked covariance.csv (and covariance_lagged.csv), calibration.yaml,
-/// map.yaml. All of them or none, see FileSet; files of that list that this run does not have are
-/// removed, except those of `context.kept`. Two runs with the same estimate differ in wall_s,
-/// peak_rss_mib and the times alone.
+/// map.yaml, detections.csv. All of them or none, see FileSet; files of that list that this run
+/// does not have are removed, except those of `context.kept`. Two runs with the same estimate
+/// differ in wall_s, peak_rss_mib and the times alone.
 Status WriteResults(const std::string& folder, const Estimate& estimate,
                     const ResultContext& context);
+
+/// summary.json alone, of a run that failed (FailureJson). A folder that holds an earlier run's
+/// results is left as it is.
+Status WriteFailure(const std::string& folder, const std::string& error,
+                    const std::vector<std::string>& warnings, const RunFacts& facts);
 
 }  // namespace tagtwist

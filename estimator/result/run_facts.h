@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/files/input_digest.h"
+
 namespace tagtwist {
 
 /// Milliseconds spent on each frame, stage by stage; one entry a frame, or empty. In batch mode
@@ -26,6 +28,8 @@ struct RunFacts {
   StageTimes times = {};
   std::optional<LiveRun> live = {};
   std::optional<double> deadline_ms = {};  // of a frame, where there was one
+  std::vector<InputFile> inputs = {};      // that the run read
+  std::vector<std::string> taken = {};     // what it took from them: a line each
 };
 
 }  // namespace tagtwist

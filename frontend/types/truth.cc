@@ -48,4 +48,16 @@ std::optional<Twist> DifferentiateTruth(const std::vector<TruthSample>& truth, i
   return TwistBetween(before->world_from_body, after->world_from_body, ToSeconds(2 * kStepNs));
 }
 
+std::vector<Eigen::Vector3d> DifferentiateAttitude(const std::vector<TruthSample>& truth) {
+  std::vector<Eigen::Vector3d> out(truth.size(), Eigen::Vector3d::Zero());
+  for (size_t i = 0; truth.size() >= 2 && i < truth.size(); ++i) {
+    const TruthSample& before = truth[i == 0 ? 0 : i - 1];
+    const TruthSample& after = truth[std::min(i + 1, truth.size() - 1)];
+    out[i] = TwistBetween(before.world_from_body, after.world_from_body,
+                          ToSeconds(after.t_ns - before.t_ns))
+                 .omega_body;
+  }
+  return out;
+}
+
 }  // namespace tagtwist

@@ -24,4 +24,8 @@ bool HasTruthAround(const std::vector<TruthSample>& truth, int64_t t_ns, double 
 std::optional<Twist> DifferentiateTruth(const std::vector<TruthSample>& truth, int64_t t_ns,
                                         double max_gap_s);
 
+/// Body rates [rad/s, in B] by central differences of the attitudes (one-sided at the ends);
+/// zero for a single sample.
+std::vector<Eigen::Vector3d> DifferentiateAttitude(const std::vector<TruthSample>& truth);
+
 }  // namespace tagtwist

@@ -6,7 +6,7 @@ cmake_minimum_required(VERSION 3.22)
 # room | rooms that it may use, and all that those may use | libraries beside the standard one and Eigen
 # A file belongs to the room with the longest name that leads to it.
 set(table
-  "frontend/base        |                                           |"
+  "frontend/base        |                                           | openssl"
   "frontend/types       | frontend/base                             | apriltag"
   "frontend/geometry    | frontend/types                            |"
   "frontend/pattern     | frontend/geometry                         | opencv2"
@@ -14,7 +14,7 @@ set(table
   "frontend/flow        | frontend/geometry                         | opencv2"
   "frontend             | frontend/tags frontend/flow               | opencv2"
   "frontend/simulation  | frontend/types                            | opencv2"
-  "frontend/io          | frontend/types                            | opencv2 matio.h hdf5.h zlib.h yaml-cpp tinyxml2.h ros"
+  "frontend/io          | frontend/types                            | opencv2 matio.h hdf5.h zlib.h yaml-cpp tinyxml2.h ros ffmpeg sqlite3.h lz4frame.h zstd.h fastcdr"
   "residuals            | frontend/types                            | ceres"
   "estimator/linear     | residuals frontend/geometry               | ceres"
   "estimator/graph      | estimator/linear                          | ceres"
@@ -37,6 +37,7 @@ set(table
 # What a library's headers look like behind "#include <".
 set(headers_opencv2 "opencv2/")
 set(headers_ros "(rosbag|ros|sensor_msgs|geometry_msgs|nav_msgs|std_msgs|tf2_msgs|console_bridge)/")
+set(headers_ffmpeg "libav[a-z]+/")
 set(headers_threads "(chrono|ctime|thread|future|mutex|condition_variable)>")
 set(headers_iostream "iostream>")
 set(headers_system "[a-z_0-9]+>|(fcntl|unistd|signal|stdlib|dirent)[.]h>|(sys|linux)/|Eigen/")

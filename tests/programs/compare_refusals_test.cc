@@ -48,10 +48,10 @@ std::vector<Refusal> Refusals() {
       {"TumNumberNan", "1 nan 1 1 0 0 0 1\n", input, "input:1: "},
       {"TumQuaternionZero", "1 1 1 1 0 0 0 0\n", input, "input:1: "},
       {"StatesCutInARow", states + "0,1,1,1,0,0,0,1,0,0,0,0,0,0\n1,1,1", input, "input:3: "},
-      {"StatesNoNumber", states + "0,1,1,1,0,0,0,1,x,0,0,0,0,0\n", input, "input:2: vx_world: "},
+      {"StatesNoNumber", states + "0,1,1,1,0,0,0,1,x,0,0,0,0,0\n", input, "input:2: "},
       {"StatesStampsRepeat", states + "0,1,1,1,0,0,0,1,0,0,0,0,0,0\n0,1,1,1,0,0,0,1,0,0,0,0,0,0\n",
        input, "input:3: "},
-      {"StatesWithoutRow", states, input, "input: "},
+      {"StatesWithoutRow", states, input, "input:1: no rows"},
 
       {"MissingTruth", "", {"good.tum", "--ground_truth", "absent.csv"}, "absent.csv: "},
       {"EmptyTruth", "", truth, "input"},

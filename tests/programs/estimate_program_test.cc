@@ -147,7 +147,7 @@ TEST_F(EstimateProgram, TagsThatTheMapLacksAreAddedAndMovableOnesPassedOver) {
   EXPECT_TRUE(all["warnings"].empty());
   auto known = LoadConfig(Path("all") / "map.yaml");
   ASSERT_TRUE(known) << known.error().message;
-  EXPECT_EQ(known->map.Find(41), nullptr);
+  EXPECT_EQ(known->set_up.map.Find(41), nullptr);
   fs::copy_file(Path("all") / "map.yaml", Path("known.yaml"));
   const auto added = Estimate("added", {"--dataset", "flight", "--use_detections", "--config",
                                         "known.yaml", "--map_unknown_tags"});
@@ -157,8 +157,8 @@ TEST_F(EstimateProgram, TagsThatTheMapLacksAreAddedAndMovableOnesPassedOver) {
   EXPECT_TRUE(added["warnings"].empty());
   const auto map = LoadConfig(Path("added") / "map.yaml");
   ASSERT_TRUE(map) << map.error().message;
-  ASSERT_NE(map->map.Find(41), nullptr);
-  const Pose& made = map->map.Find(41)->world_from_tag;
+  ASSERT_NE(map->set_up.map.Find(41), nullptr);
+  const Pose& made = map->set_up.map.Find(41)->world_from_tag;
   const TagMap mat = MakeTagMap(TagGrid());
   const Pose& nominal = mat.Find(41)->world_from_tag;
   EXPECT_NEAR((made.translation() - nominal.translation()).norm(), 0.04, 0.006);

@@ -69,9 +69,10 @@ TEST_F(HostileFiles, TablesOfNamesAlone) {
 
 TEST_F(HostileFiles, DevicesAreNoFiles) {
   const std::string fault = "/dev/zero: expected a file, got a device";
-  for (const char* flag : {"--config", "--camera_file", "--map", "--ground_truth", "--dataset"}) {
+  for (const char* flag : {"--config", "--camera_file", "--map", "--ground_truth"}) {
     ExpectRefused(Estimate({flag, "/dev/zero"}), fault);
   }
+  ExpectRefused(Run("tagtwist_estimate", {"--dataset", "/dev/zero", "--output", "out"}), fault);
   ExpectRefused(Run("tagtwist_map", {"--check", "/dev/zero"}), fault);
   ExpectRefused(Run("tagtwist_compare", {"good.tum", "--ground_truth", "/dev/zero"}), fault);
   ExpectRefused(Run("tagtwist_compare", {"/dev/zero", "--ground_truth", "good.tum"}), fault);
@@ -82,9 +83,10 @@ TEST_F(HostileFiles, DevicesAreNoFiles) {
 TEST_F(HostileFiles, PipesAreReadOnceOrRefused) {
   const std::string pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  for (const char* flag : {"--config", "--camera_file", "--map", "--ground_truth", "--dataset"}) {
+  for (const char* flag : {"--config", "--camera_file", "--map", "--ground_truth"}) {
     ExpectRefused(Estimate({flag, "pipe"}), "pipe: ");
   }
+  ExpectRefused(Run("tagtwist_estimate", {"--dataset", "pipe", "--output", "out"}), "pipe: ");
   const auto feed = [&](const std::string& text) {
     return std::thread([=] { WriteText(pipe, text); });
   };

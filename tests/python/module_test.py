@@ -313,7 +313,7 @@ class Refusals(FlightTest):
                     make([0, 1], position, quaternion))
 
     def test_configurations(self):
-        self.refuse("no.yaml: cannot open", tagtwist.load_config,
+        self.refuse("no.yaml: cannot open: No such file or directory", tagtwist.load_config,
                     "no.yaml")
         self.refuse("estimator.window_frames: expected >= 2, got 1", self.config.set,
                     "estimator.window_frames", 1)

@@ -168,4 +168,14 @@ std::vector<std::string> ListTree(const std::string& folder) {
   return out;
 }
 
+bool HasNoResults(const std::string& folder) {
+  namespace fs = std::filesystem;
+  if (!fs::exists(folder)) return true;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().filename() != "summary.json") return false;
+    if (ReadText(entry.path()).find("\"status\": \"failed\"") == std::string::npos) return false;
+  }
+  return true;
+}
+
 }  // namespace tagtwist

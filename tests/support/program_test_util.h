@@ -33,6 +33,10 @@ ProgramRun RunProgram(const std::string& folder, const std::string& program,
 /// True when the text is exactly one line, ended.
 bool IsOneLine(const std::string& text);
 
+/// True where the folder is missing, or has no more than the summary.json that says why a run
+/// failed.
+bool HasNoResults(const std::string& folder);
+
 /// A recording of six frames over the course's mat, at t = 0, 0.02, ..., 0.1 s, with ground truth
 /// and IMU; the images are rendered plainly, or left out. Written at folder/name.
 std::string MakeRecording(const std::string& folder, const std::string& name, DatasetFormat format,

@@ -108,6 +108,15 @@ Json DeadlineJson(const Estimate& e, const RunFacts& facts) {
                          [&](double frame_ms) { return frame_ms > *facts.deadline_ms; })}};
 }
 
+void AddInputs(const RunFacts& facts, Json* out) {
+  Json& inputs = (*out)["inputs"] = Json::array();
+  for (const InputFile& file : facts.inputs) {
+    inputs.push_back(
+        {{"flag", file.flag}, {"file", file.path}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+  }
+  (*out)["taken"] = facts.taken;
+}
+
 }  // namespace
 
 std::string FormatJson(const Json& json) {
@@ -162,6 +171,18 @@ Json AlignmentJson(const Alignment& a) {
   return out;
 }
 
+Json FailureJson(const std::string& error, const std::vector<std::string>& warnings,
+                 const RunFacts& facts) {
+  Json out;
+  out["status"] = "failed";
+  out["error"] = error;
+  out["warnings"] = warnings;
+  out["dataset"] = facts.dataset;
+  AddInputs(facts, &out);
+  out["version"] = TAGTWIST_VERSION;
+  return out;
+}
+
 Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
                  const RunFacts& facts) {
   Json out;
@@ -187,6 +208,8 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
     out["accuracy"][NameOf(row.key)] = AccuracyJson(*row.accuracy);
   }
   out["dataset"] = facts.dataset;
+  AddInputs(facts, &out);
+  out["status"] = "done";
   out["warnings"] = estimate.warnings;
   out["version"] = TAGTWIST_VERSION;
   return out;

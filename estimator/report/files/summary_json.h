@@ -22,6 +22,10 @@ nlohmann::ordered_json AccuracyJson(const Accuracy& accuracy);
 /// known `sigmas` of the same: [x y z tilt_x tilt_y tilt_z] (m, rad).
 nlohmann::ordered_json AlignmentJson(const Alignment& alignment);
 
+/// summary.json of a run that failed: status, error, warnings, what it took and from which files.
+nlohmann::ordered_json FailureJson(const std::string& error,
+                                   const std::vector<std::string>& warnings, const RunFacts& facts);
+
 /// The whole of summary.json. `rows` as CompareMethods gives them: accuracy.closed_form is the full
 /// method (RANSAC + low-pass), accuracy.optimised in window mode the state at lag 0.
 nlohmann::ordered_json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,

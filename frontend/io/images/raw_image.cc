@@ -17,7 +17,7 @@ struct Encoding {
 };
 
 // OpenCV calls a Bayer pattern by its second row, from the second column on.
-constexpr std::array<Encoding, 13> kEncodings = {{
+constexpr std::array<Encoding, 21> kEncodings = {{
     {"mono8", 1, 1, kAsItIs},
     {"8UC1", 1, 1, kAsItIs},
     {"mono16", 1, 2, kAsItIs},
@@ -31,16 +31,38 @@ constexpr std::array<Encoding, 13> kEncodings = {{
     {"bayer_bggr8", 1, 1, cv::COLOR_BayerRG2GRAY},
     {"bayer_gbrg8", 1, 1, cv::COLOR_BayerGR2GRAY},
     {"bayer_grbg8", 1, 1, cv::COLOR_BayerGB2GRAY},
+    {"8UC4", 4, 1, cv::COLOR_BGRA2GRAY},
+    {"bayer_rggb16", 1, 2, cv::COLOR_BayerBG2GRAY},
+    {"bayer_bggr16", 1, 2, cv::COLOR_BayerRG2GRAY},
+    {"bayer_gbrg16", 1, 2, cv::COLOR_BayerGR2GRAY},
+    {"bayer_grbg16", 1, 2, cv::COLOR_BayerGB2GRAY},
+    {"yuv422", 2, 1, cv::COLOR_YUV2GRAY_UYVY},
+    {"uyvy", 2, 1, cv::COLOR_YUV2GRAY_UYVY},
+    {"yuv422_yuy2", 2, 1, cv::COLOR_YUV2GRAY_YUY2},
 }};
 
-// The upper byte of each number.
-cv::Mat UpperBytes(const RawImage& raw) {
-  const size_t upper = raw.is_bigendian ? 0 : 1;
+uint32_t NumberAt(const RawImage& raw, const uint8_t* row, uint32_t x) {
+  const uint32_t first = row[2 * static_cast<size_t>(x)],
+                 second = row[2 * static_cast<size_t>(x) + 1];
+  return raw.is_bigendian ? (first << 8U) | second : (second << 8U) | first;
+}
+
+// The upper eight of the bits that the numbers have: sensors of 10 and 12 bits leave the upper
+// ones of 16 empty.
+cv::Mat UpperBits(const RawImage& raw) {
+  uint32_t largest = 0;
+  for (uint32_t y = 0; y < raw.height; ++y) {
+    const uint8_t* row = raw.data->data() + static_cast<size_t>(y) * raw.step;
+    for (uint32_t x = 0; x < raw.width; ++x) largest = std::max(largest, NumberAt(raw, row, x));
+  }
+  const uint32_t shift = largest < 1U << 10U ? 2 : largest < 1U << 12U ? 4 : 8;
   cv::Mat out(static_cast<int>(raw.height), static_cast<int>(raw.width), CV_8UC1);
   for (uint32_t y = 0; y < raw.height; ++y) {
     const uint8_t* row = raw.data->data() + static_cast<size_t>(y) * raw.step;
     uint8_t* to = out.ptr<uint8_t>(static_cast<int>(y));
-    for (uint32_t x = 0; x < raw.width; ++x) to[x] = row[2 * static_cast<size_t>(x) + upper];
+    for (uint32_t x = 0; x < raw.width; ++x) {
+      to[x] = static_cast<uint8_t>(NumberAt(raw, row, x) >> shift);
+    }
   }
   return out;
 }
@@ -72,10 +94,13 @@ Result<cv::Mat> GrayFromRaw(const RawImage& raw) {
     return Error{"expected " + std::to_string(bytes) + " bytes, got " +
                  std::to_string(raw.data->size())};
   }
-  if (encoding->bytes == 2) return UpperBytes(raw);
-  const cv::Mat view(static_cast<int>(raw.height), static_cast<int>(raw.width),
-                     CV_8UC(static_cast<int>(encoding->channels)),
-                     const_cast<uint8_t*>(raw.data->data()), raw.step);
+  const cv::Mat upper = encoding->bytes == 2 ? UpperBits(raw) : cv::Mat();
+  if (encoding->bytes == 2 && encoding->to_gray == kAsItIs) return upper;
+  const cv::Mat view = encoding->bytes == 2
+                           ? upper
+                           : cv::Mat(static_cast<int>(raw.height), static_cast<int>(raw.width),
+                                     CV_8UC(static_cast<int>(encoding->channels)),
+                                     const_cast<uint8_t*>(raw.data->data()), raw.step);
   cv::Mat out;
   if (encoding->to_gray == kAsItIs) {
     out = view.clone();

@@ -17,8 +17,10 @@ struct RawImage {
   const std::vector<uint8_t>* data = nullptr;
 };
 
-/// 8-bit gray: of colours their luminance, of 16 bits the upper ones. Errors are a reason without
-/// any name: "encoding \"yuv422\": expected one of mono8, ...", "expected 90240 bytes, got 12".
+/// 8-bit gray: of colours their luminance, of 16 bits the upper
+/// eight of those in use (10, 12 or 16 by the largest number of the image). Errors are a reason
+/// without any name: "encoding \"yuv422\": expected one of mono8, ...", "expected 90240 bytes, got
+/// 12".
 Result<cv::Mat> GrayFromRaw(const RawImage& raw);
 
 }  // namespace tagtwist

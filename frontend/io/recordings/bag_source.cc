@@ -2,6 +2,7 @@
 // this file.
 #include <console_bridge/console.h>
 #include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
@@ -17,8 +18,9 @@
 #include "frontend/io/images/image_file.h"
 #include "frontend/io/images/raw_image.h"
 #include "frontend/io/recordings/bag_check.h"
+#include "frontend/io/recordings/bag_topics.h"
 #include "frontend/io/recordings/data_source_kinds.h"
-#include "frontend/io/tables/stamps.h"
+#include "frontend/io/tables/growing_stamps.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
 namespace tagtwist {
@@ -64,41 +66,33 @@ Topics TopicsOf(const rosbag::Bag& bag) {
   return out;
 }
 
-std::string Listed(const Topics& topics) {
-  std::string out;
-  for (const std::string& topic : topics) out += (out.empty() ? "" : ", ") + topic;
-  return out;
-}
-
-Result<std::string> ChooseTopic(const rosbag::Bag& bag, const std::string& wanted) {
-  const Topics topics = TopicsOf<sensor_msgs::Image, sensor_msgs::CompressedImage>(bag);
-  if (topics.empty()) return Error{"no images in the bag"};
-  if (wanted.empty()) {
-    if (topics.size() == 1) return topics.front();
-    return Error{"several topics have images: expected --topic, one of " + Listed(topics)};
-  }
-  if (std::find(topics.begin(), topics.end(), wanted) != topics.end()) return wanted;
-  return Error{"no images on the topic " + wanted + ": expected one of " + Listed(topics)};
-}
-
-// The samples of the only topic with such messages, without those whose stamps do not grow.
-template <typename Sample, typename... Messages, typename Convert>
-std::vector<Sample> ReadOnly(const rosbag::Bag& bag, const Convert& convert) {
-  std::vector<Sample> out;
-  const Topics topics = TopicsOf<Messages...>(bag);
-  if (topics.size() != 1) return out;
-  rosbag::View view(bag, rosbag::TopicQuery(topics));
-  std::vector<Sample> all;
+// The samples of a topic. Those that say nothing, or whose stamps do not grow, are passed over and
+// noted.
+template <typename Sample, typename Convert>
+std::vector<Sample> ReadSamples(const rosbag::Bag& bag, const std::string& topic,
+                                const Convert& convert, std::vector<std::string>* notes) {
+  std::vector<Sample> out, all;
+  rosbag::View view(bag, rosbag::TopicQuery(topic));
   Stamps stamps;
+  size_t passed_over = 0;
   for (const rosbag::MessageInstance& instance : view) {
     const std::optional<Sample> sample = convert(instance);
+    passed_over += sample ? 0 : 1;
     if (!sample) continue;
     stamps.Add(sample->t_ns, instance);
     all.push_back(*sample);
   }
+  const size_t count = passed_over + all.size();
   for (size_t i = 0; i < all.size(); ++i) {
     all[i].t_ns = stamps.Get()[i];
-    if (out.empty() || all[i].t_ns > out.back().t_ns) out.push_back(all[i]);
+    const bool grows = out.empty() || all[i].t_ns > out.back().t_ns;
+    passed_over += grows ? 0 : 1;
+    if (grows) out.push_back(all[i]);
+  }
+  if (passed_over > 0) {
+    notes->push_back(bag.getFileName() + ": passed over " + std::to_string(passed_over) + " of " +
+                     std::to_string(count) + " messages on " + topic +
+                     ": without a pose or numbers, or out of order");
   }
   return out;
 }
@@ -122,6 +116,9 @@ std::optional<TruthSample> ReadTruth(const rosbag::MessageInstance& instance) {
   if (const auto transform = instance.instantiate<geometry_msgs::TransformStamped>()) {
     const auto& parts = transform->transform;
     return ToTruth(StampOf(*transform), parts.translation, parts.rotation);
+  }
+  if (const auto pose = instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+    return ToTruth(StampOf(*pose), pose->pose.pose.position, pose->pose.pose.orientation);
   }
   const auto odometry = instance.instantiate<nav_msgs::Odometry>();
   if (!odometry) return std::nullopt;
@@ -170,20 +167,30 @@ Error Damaged(const std::string& path, const std::exception& fault) {
 
 class BagSource : public DataSource {
  public:
-  BagSource(std::string path, bool read_images)
-      : path_(std::move(path)), read_images_(read_images) {}
+  BagSource(std::string path, const DataSourceOptions& options)
+      : path_(std::move(path)), options_(options) {}
 
   // May throw.
-  Status Open(const std::string& topic) {
+  Status Open() {
     bag_.open(path_, rosbag::bagmode::Read);
-    const auto chosen = ChooseTopic(bag_, topic);
+    const auto chosen = ChooseImageTopic(
+        TopicsOf<sensor_msgs::Image, sensor_msgs::CompressedImage>(bag_), options_.topic);
     if (!chosen) return Error{path_ + ": " + chosen.error().message};
     topic_ = *chosen;
     view_.addQuery(bag_, rosbag::TopicQuery(topic_));
     if (const auto read = ReadStamps(); !read) return read;
-    imu_ = ReadOnly<ImuSample, sensor_msgs::Imu>(bag_, ReadImu);
-    truth_ = ReadOnly<TruthSample, geometry_msgs::PoseStamped, geometry_msgs::TransformStamped,
-                      nav_msgs::Odometry>(bag_, ReadTruth);
+    const Topics imus = TopicsOf<sensor_msgs::Imu>(bag_);
+    if (imus.size() == 1) imu_ = ReadSamples<ImuSample>(bag_, imus.front(), ReadImu, &notes_);
+    const auto truth = ChooseTruthTopic(
+        TopicsOf<geometry_msgs::PoseStamped, geometry_msgs::PoseWithCovarianceStamped,
+                 geometry_msgs::TransformStamped, nav_msgs::Odometry>(bag_),
+        options_.truth_topic);
+    if (!truth) return Error{path_ + ": " + truth.error().message};
+    if (!truth->note.empty()) notes_.push_back(path_ + ": " + truth->note);
+    if (!truth->name.empty()) {
+      truth_ = ReadSamples<TruthSample>(bag_, truth->name, ReadTruth, &notes_);
+      truth_origin_ = "topic " + truth->name;
+    }
     at_ = view_.begin();
     return Ok();
   }
@@ -192,9 +199,12 @@ class BagSource : public DataSource {
     if (next_ == stamps_ns_.size()) return std::optional<Frame>();
     Frame frame;
     frame.t_ns = stamps_ns_[next_];
-    frame.name = NameOf(next_++);
+    frame.name = NameOf(kept_[next_]);
     try {
-      if (read_images_) {
+      for (; position_ < kept_[next_]; ++position_) ++at_;  // passed over
+      ++next_;
+      ++position_;
+      if (options_.read_images) {
         auto image = ReadImage(*at_, &frame.image_problem);
         if (!image) return Error{frame.name + ": " + image.error().message};
         frame.image = std::move(*image);
@@ -212,6 +222,8 @@ class BagSource : public DataSource {
   const std::vector<int64_t>& stamps_ns() const override { return stamps_ns_; }
   const std::vector<TruthSample>& ground_truth() const override { return truth_; }
   const std::vector<ImuSample>& imu() const override { return imu_; }
+  const std::vector<std::string>& notes() const override { return notes_; }
+  std::string truth_origin() const override { return truth_origin_; }
 
  private:
   std::string NameOf(size_t index) const {
@@ -219,17 +231,29 @@ class BagSource : public DataSource {
   }
   Status ReadStamps() {
     Stamps stamps;
-    size_t index = 0;
+    std::vector<size_t> readable;
+    size_t count = 0;
     for (const rosbag::MessageInstance& instance : view_) {
-      const auto t_ns = ImageStamp(instance);
-      if (!t_ns) return Error{NameOf(index) + ": cannot decode"};
-      stamps.Add(*t_ns, instance);
-      ++index;
+      if (const auto t_ns = ImageStamp(instance)) {
+        stamps.Add(*t_ns, instance);
+        readable.push_back(count);
+      }
+      ++count;
     }
-    stamps_ns_ = stamps.Get();
-    for (size_t i = 1; i < stamps_ns_.size(); ++i) {
-      const auto fault = StampFault(stamps_ns_[i - 1], stamps_ns_[i]);
-      if (fault) return Error{NameOf(i) + ": " + *fault};
+    const auto growing = KeepGrowing(stamps.Get());
+    if (!growing) return Error{path_ + ": " + topic_ + ": " + growing.error().message};
+    for (const size_t i : growing->kept) {
+      kept_.push_back(readable[i]);
+      stamps_ns_.push_back(stamps.Get()[i]);
+    }
+    if (readable.size() < count) {
+      notes_.push_back(path_ + ": passed over " + std::to_string(count - readable.size()) + " of " +
+                       std::to_string(count) + " messages on " + topic_ + " that do not decode");
+    }
+    if (!growing->All()) {
+      notes_.push_back(path_ + ": " +
+                       PassedOverText(*growing, "messages on " + topic_,
+                                      "message " + std::to_string(growing->first_passed_over)));
     }
     return Ok();
   }
@@ -241,15 +265,17 @@ class BagSource : public DataSource {
     return file ? std::optional<int64_t>(StampOf(*file)) : std::nullopt;
   }
 
-  std::string path_, topic_;
-  bool read_images_;
+  std::string path_, topic_, truth_origin_;
+  DataSourceOptions options_;
   rosbag::Bag bag_;
   rosbag::View view_;
   rosbag::View::iterator at_;
   std::vector<int64_t> stamps_ns_;
+  std::vector<size_t> kept_;  // the frames' messages on the topic
+  std::vector<std::string> notes_;
   std::vector<TruthSample> truth_;
   std::vector<ImuSample> imu_;
-  size_t next_ = 0;
+  size_t next_ = 0, position_ = 0;  // frames handed out, messages passed
   ImageSizeGuard size_guard_;
 };
 
@@ -261,8 +287,8 @@ Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
   if (const auto sound = CheckBagRecords(path); !sound) return sound.error();
   console_bridge::noOutputHandler();  // rosbag would print besides
   try {
-    auto source = std::make_unique<BagSource>(path, options.read_images);
-    if (const auto opened = source->Open(options.topic); !opened) return opened.error();
+    auto source = std::make_unique<BagSource>(path, options);
+    if (const auto opened = source->Open(); !opened) return opened.error();
     return std::unique_ptr<DataSource>(std::move(source));
   } catch (const std::exception& fault) {
     return Damaged(path, fault);

@@ -34,6 +34,8 @@ struct DataSourceOptions {
   std::vector<int> known_tag_ids;
   /// Topic of the images in a ROS bag; empty: the only one that has any.
   std::string topic = {};
+  /// Of the ground truth in a ROS bag; empty: the only one that has poses.
+  std::string truth_topic = {};
 };
 
 /// A recording, streamed: frames come one at a time in order of time, images are read when asked
@@ -47,6 +49,12 @@ class DataSource {
   virtual const std::vector<int64_t>& stamps_ns() const = 0;
   virtual const std::vector<TruthSample>& ground_truth() const;  // empty when there is none
   virtual const std::vector<ImuSample>& imu() const;             // empty when there is none
+  /// What was passed over, repaired or left out when it was opened: a line each, with the file's
+  /// name. Whoever opens it must tell them.
+  virtual const std::vector<std::string>& notes() const;
+  /// Where the ground truth is from: a topic's or a file's name; empty when there is none, or where
+  /// the recording's kind has but one place for it.
+  virtual std::string truth_origin() const { return ""; }
 };
 
 /// Opens a course .mat, a ROS 1 bag (where the build has rosbag_storage), a video, an EuRoC/ASL

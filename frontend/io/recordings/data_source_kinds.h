@@ -26,6 +26,11 @@ Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
 /// without rosbag_storage.
 Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
                                                   const DataSourceOptions& options);
+/// A ROS 2 bag: a folder with metadata.yaml, or one of its files (.db3, .mcap). Topics as of a ROS
+/// 1 bag, and apriltag_msgs' AprilTagDetectionArray as detections.
+bool IsRos2Bag(const std::string& path);
+Result<std::unique_ptr<DataSource>> OpenRos2Source(const std::string& path,
+                                                   const DataSourceOptions& options);
 /// A folder of images with their stamps for names: 1403636579763555584.png, cam_12.345678.jpg.
 bool HasNamedImages(const std::string& folder);
 Result<std::unique_ptr<DataSource>> OpenNamedImagesSource(const std::string& folder,

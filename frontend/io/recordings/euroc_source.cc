@@ -20,17 +20,23 @@ Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
   if (!list) return list.error();
   std::error_code unknown;
   if (const auto path = root / "imu0" / "data.csv"; std::filesystem::exists(path, unknown)) {
-    auto imu = ReadImuCsv(path.string(), TimeUnit::kNanoseconds);
+    auto imu = ReadImuCsv(path.string(), TimeUnit::kNanoseconds, &list->notes);
     if (!imu) return imu.error();
     list->imu = std::move(*imu);
   }
-  const auto truth_path = root / "state_groundtruth_estimate0" / "data.csv";
-  if (std::filesystem::exists(truth_path, unknown)) {
-    const auto table = CsvTable::Read(truth_path.string());
+  for (const char* name : {"state_groundtruth_estimate0", "vicon0", "mocap0"}) {
+    const auto path = root / name / "data.csv";
+    if (!list->ground_truth.empty() || !std::filesystem::exists(path, unknown)) continue;
+    const auto table = CsvTable::Read(path.string());
     if (!table) return table.error();
-    auto truth = TruthFromEurocTable(*table, list->imu);
+    auto truth = TruthFromEurocTable(*table, list->imu, &list->notes);
     if (!truth) return truth.error();
     list->ground_truth = std::move(*truth);
+    list->truth_origin = path.string();
+  }
+  if (list->ground_truth.empty() && std::filesystem::exists(root / "leica0", unknown)) {
+    list->notes.push_back((root / "leica0").string() +
+                          ": positions alone are not compared with: not read");
   }
   return MakeImageListSource(std::move(*list), options);
 }

@@ -10,12 +10,14 @@ Status ReadTruthAndImu(const std::string& folder, ImageList* list) {
   const std::filesystem::path root(folder);
   std::error_code unknown;
   if (const auto path = root / "ground_truth.csv"; std::filesystem::exists(path, unknown)) {
-    auto truth = ReadGroundTruth(path.string());
+    auto truth = ReadTrajectoryFile(path.string(), "");
     if (!truth) return truth.error();
-    list->ground_truth = std::move(*truth);
+    list->ground_truth = std::move(truth->samples);
+    list->truth_origin = path.string();
+    list->notes.insert(list->notes.end(), truth->notes.begin(), truth->notes.end());
   }
   if (const auto path = root / "imu.csv"; std::filesystem::exists(path, unknown)) {
-    auto imu = ReadImuCsv(path.string(), TimeUnit::kSeconds);
+    auto imu = ReadImuCsv(path.string(), TimeUnit::kSeconds, &list->notes);
     if (!imu) return imu.error();
     list->imu = std::move(*imu);
   }

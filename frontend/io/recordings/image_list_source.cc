@@ -43,6 +43,8 @@ class ImageListSource : public DataSource {
   const std::vector<int64_t>& stamps_ns() const override { return list_.stamps_ns; }
   const std::vector<TruthSample>& ground_truth() const override { return list_.ground_truth; }
   const std::vector<ImuSample>& imu() const override { return list_.imu; }
+  const std::vector<std::string>& notes() const override { return list_.notes; }
+  std::string truth_origin() const override { return list_.truth_origin; }
 
  private:
   ImageList list_;
@@ -61,11 +63,12 @@ Result<ImageList> ListFromTable(const CsvTable& table, const ListingFiles& files
     return table.RequireColumns({files.file_column}).error();
   }
   if (table.rows() == 0) return Error{table.path() + ": no rows"};
-  auto stamps = ReadGrowingStamps(table, stamp_column->front(), files.unit);
+  auto stamps = ReadStamps(table, stamp_column->front(), files.unit);
   if (!stamps) return stamps.error();
   ImageList list;
-  list.stamps_ns = std::move(*stamps);
-  for (size_t row = 0; row < table.rows(); ++row) {
+  list.stamps_ns = std::move(stamps->stamps_ns);
+  list.notes = std::move(stamps->notes);
+  for (const size_t row : stamps->rows) {
     ListedFrame frame;
     const std::string file(file_column ? table.Cell(row, *file_column) : "");
     if (!file.empty()) {
@@ -89,10 +92,11 @@ ImageList ListFromDetections(std::vector<StampedDetections> detections, const st
 }
 
 Status AttachDetections(std::vector<StampedDetections> detections, const std::string& path,
-                        ImageList* list) {
+                        bool rows_were_passed_over, ImageList* list) {
   for (StampedDetections& rows : detections) {
     const size_t nearest = NearestIndex(list->stamps_ns, rows.t_ns);
     if (std::abs(list->stamps_ns[nearest] - rows.t_ns) > kSameStampNs) {
+      if (rows_were_passed_over) continue;  // the frame's row was one of them
       return Error{path + ":" + std::to_string(rows.line) + ": stamp " + FormatSeconds(rows.t_ns) +
                    " s is no frame's"};
     }
@@ -133,21 +137,27 @@ std::unique_ptr<DataSource> MakeImageListSource(ImageList list, const DataSource
 
 Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptions& options) {
   std::vector<StampedDetections> detections;
+  std::vector<std::string> notes;
   if (options.use_detections) {
-    auto read = ReadDetectionsCsv(files.detections, files.unit, options.known_tag_ids);
+    auto read = ReadDetectionsCsv(files.detections, files.unit, options.known_tag_ids, &notes);
     if (!read) return read.error();
     detections = std::move(*read);
     std::error_code unknown;
     if (!std::filesystem::exists(files.table, unknown)) {
       if (detections.empty()) return Error{files.detections + ": no rows"};
-      return ListFromDetections(std::move(detections), files.detections);
+      ImageList list = ListFromDetections(std::move(detections), files.detections);
+      list.notes = std::move(notes);
+      return list;
     }
   }
   const auto table = CsvTable::Read(files.table);
   if (!table) return table.error();
   auto list = ListFromTable(*table, files, options);
   if (!list) return list;
-  if (const Status attached = AttachDetections(std::move(detections), files.detections, &*list);
+  const bool rows_were_passed_over = !list->notes.empty();
+  list->notes.insert(list->notes.end(), notes.begin(), notes.end());
+  if (const Status attached =
+          AttachDetections(std::move(detections), files.detections, rows_were_passed_over, &*list);
       !attached) {
     return attached.error();
   }

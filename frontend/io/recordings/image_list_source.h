@@ -20,6 +20,8 @@ struct ImageList {
   std::vector<ListedFrame> frames;
   std::vector<TruthSample> ground_truth;
   std::vector<ImuSample> imu;
+  std::vector<std::string> notes;  // DataSource::notes
+  std::string truth_origin;        // DataSource::truth_origin
 };
 
 std::unique_ptr<DataSource> MakeImageListSource(ImageList list, const DataSourceOptions& options);

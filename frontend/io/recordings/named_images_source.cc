@@ -5,12 +5,13 @@
 
 #include "frontend/base/number_text.h"
 #include "frontend/io/recordings/image_list_source.h"
+#include "frontend/io/tables/stamp_unit.h"
 
 namespace tagtwist {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int64_t kShortestIntervalNs = 100000;  // on average; closer ones are plain numbers
+constexpr double kShortestIntervalS = 1e-4;  // in the median; closer ones are plain numbers
 
 bool IsImageName(const fs::path& path) {
   constexpr std::array<const char*, 7> kExtensions = {".png", ".jpg",  ".jpeg", ".pgm",
@@ -21,12 +22,14 @@ bool IsImageName(const fs::path& path) {
          std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
-// What follows the last underscore of a name: nanoseconds, or seconds with a dot.
-std::optional<int64_t> StampOfName(const fs::path& path) {
+// What follows the last underscore of a name: digits, perhaps with a dot.
+std::optional<std::string> NumberOfName(const fs::path& path) {
   const std::string stem = path.stem().string();
   const std::string text = stem.substr(stem.rfind('_') + 1);  // npos + 1 is 0
-  if (text.find_first_not_of("0123456789.") != std::string::npos) return std::nullopt;
-  return text.find('.') == std::string::npos ? ParseInteger(text) : ParseSeconds(text);
+  if (text.find_first_not_of("0123456789.") != std::string::npos || !ParseNumber(text)) {
+    return std::nullopt;
+  }
+  return text;
 }
 
 std::vector<fs::path> ImagesIn(const std::string& folder) {
@@ -46,22 +49,41 @@ bool HasNamedImages(const std::string& folder) { return !ImagesIn(folder).empty(
 Result<std::unique_ptr<DataSource>> OpenNamedImagesSource(const std::string& folder,
                                                           const DataSourceOptions& options) {
   const std::string hint = " (nanoseconds, or seconds with a dot; or give a timestamps.csv)";
+  const std::vector<fs::path> paths = ImagesIn(folder);
+  std::vector<double> numbers;
+  bool dots = false;
+  for (const fs::path& path : paths) {
+    const auto number = NumberOfName(path);
+    if (!number) return Error{path.string() + ": expected a stamp for a name" + hint};
+    numbers.push_back(*ParseNumber(*number));
+    dots = dots || number->find('.') != std::string::npos;
+  }
+  std::sort(numbers.begin(), numbers.end());
+  const StampUnit declared = dots ? StampUnit::kSeconds : StampUnit::kNanoseconds;
+  const auto wrong = FindWrongUnit(numbers, declared);
+  const bool dated = UnitOfUnixTime(numbers.front()).has_value();
+  const bool too_close = MedianStep(numbers) * SecondsIn(declared) < kShortestIntervalS;
+  if (numbers.size() > 1 && too_close && !(wrong && dated)) {
+    return Error{folder + ": the images' names are numbers, not stamps" + hint +
+                 (wrong ? "; " + wrong->words : "")};
+  }
+  const StampUnit unit = wrong ? wrong->implied : declared;
   std::vector<std::pair<int64_t, fs::path>> images;
-  for (const fs::path& path : ImagesIn(folder)) {
-    const auto t_ns = StampOfName(path);
+  for (const fs::path& path : paths) {
+    const auto t_ns = ParseStamp(*NumberOfName(path), unit);
     if (!t_ns) return Error{path.string() + ": expected a stamp for a name" + hint};
     images.emplace_back(*t_ns, path);
   }
   std::sort(images.begin(), images.end());
-  const auto intervals = static_cast<int64_t>(images.size()) - 1;
-  if (intervals > 0 &&
-      images.back().first - images.front().first < intervals * kShortestIntervalNs) {
-    return Error{folder + ": the images' names are numbers, not stamps" + hint};
-  }
   ImageList list;
+  if (wrong) {
+    list.notes.push_back(folder + ": the images' names are taken for " + ToString(unit) + ": " +
+                         wrong->words);
+  }
   for (const auto& [t_ns, path] : images) {
     if (!list.stamps_ns.empty() && t_ns == list.stamps_ns.back()) {
-      return Error{path.string() + ": expected each stamp once, got it again"};
+      list.notes.push_back(path.string() + ": passed over, its stamp is another image's");
+      continue;
     }
     list.stamps_ns.push_back(t_ns);
     list.frames.push_back({path.string(), path.string(), {}});

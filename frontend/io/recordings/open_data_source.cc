@@ -31,13 +31,22 @@ const std::vector<ImuSample>& DataSource::imu() const {
   return kNone;
 }
 
+const std::vector<std::string>& DataSource::notes() const {
+  static const std::vector<std::string> kNone;
+  return kNone;
+}
+
 Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
                                                    const DataSourceOptions& options) {
   const std::filesystem::path root(path);
   std::error_code unknown;
   if (!Exists(root)) return Error{path + ": no such file or folder"};
-  if (!std::filesystem::is_directory(root, unknown)) {
+  const bool is_folder = std::filesystem::is_directory(root, unknown);
+  if (!is_folder) {
     if (const auto regular = CheckRegularFile(path); !regular) return regular.error();
+  }
+  if (IsRos2Bag(path)) return OpenRos2Source(path, options);
+  if (!is_folder) {
     if (IsMatFile(path)) return OpenMatSource(path, options);
     if (IsBagFile(path)) return OpenBagSource(path, options);
     if (std::filesystem::is_regular_file(root, unknown) &&

@@ -1,7 +1,7 @@
-#include <cmath>
 #include <opencv2/videoio.hpp>
 #include <utility>
 
+#include "frontend/io/images/video_times.h"
 #include "frontend/io/recordings/data_source_kinds.h"
 #include "frontend/io/recordings/video_frame.h"
 
@@ -10,10 +10,11 @@ namespace {
 
 constexpr double kLeastReadable = 0.9;  // of the duration; less is a damaged file
 
+// A rotate mark is honoured, as every player does.
 bool OpenVideo(const std::string& path, cv::VideoCapture* capture) {
   try {
     return capture->open(path, cv::CAP_FFMPEG) &&
-           (capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 0), true);
+           (capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 1), true);
   } catch (const cv::Exception&) {
     return false;
   }
@@ -26,14 +27,22 @@ Error NoVideo(const std::string& path) {
 
 class VideoSource : public DataSource {
  public:
-  VideoSource(std::string path, cv::VideoCapture capture, std::vector<int64_t> stamps_ns)
-      : path_(std::move(path)), capture_(std::move(capture)), stamps_ns_(std::move(stamps_ns)) {}
+  VideoSource(std::string path, cv::VideoCapture capture, RepairedStamps stamps,
+              std::vector<std::string> notes)
+      : path_(std::move(path)),
+        capture_(std::move(capture)),
+        stamps_(std::move(stamps)),
+        notes_(std::move(notes)) {}
 
   Result<std::optional<Frame>> Next() override {
-    if (next_ == stamps_ns_.size()) return std::optional<Frame>();
+    if (next_ == stamps_.stamps_ns.size()) return std::optional<Frame>();
+    while (!stamps_.kept[in_file_]) {
+      Grab(&capture_);
+      ++in_file_;
+    }
     Frame frame;
-    frame.t_ns = stamps_ns_[next_];
-    frame.name = path_ + ": frame " + std::to_string(next_++);
+    frame.t_ns = stamps_.stamps_ns[next_++];
+    frame.name = path_ + ": frame " + std::to_string(in_file_++);
     if (Grab(&capture_)) {
       RetrieveGray(&capture_, &frame);
     } else {
@@ -45,46 +54,51 @@ class VideoSource : public DataSource {
     return std::optional<Frame>(std::move(frame));
   }
 
-  const std::vector<int64_t>& stamps_ns() const override { return stamps_ns_; }
+  const std::vector<int64_t>& stamps_ns() const override { return stamps_.stamps_ns; }
+  const std::vector<std::string>& notes() const override { return notes_; }
 
  private:
   std::string path_;
   cv::VideoCapture capture_;
-  std::vector<int64_t> stamps_ns_;
-  size_t next_ = 0;
+  RepairedStamps stamps_;
+  std::vector<std::string> notes_;
+  size_t in_file_ = 0, next_ = 0;  // frames of the file, and of those that are kept
   ImageSizeGuard size_guard_;
 };
 
-// The presentation times [ns], or, where they do not grow, the frame rate's. All of the file is
-// read once: only then are the frames known.
-Result<std::vector<int64_t>> ReadStamps(const std::string& path) {
-  cv::VideoCapture capture;
-  if (!OpenVideo(path, &capture)) return NoVideo(path);
-  const double rate_hz = capture.get(cv::CAP_PROP_FPS);
-  const double announced = capture.get(cv::CAP_PROP_FRAME_COUNT);
-  std::vector<int64_t> stamps_ns;
-  bool grows = true;
-  while (capture.grab()) {
-    const auto t_ns = std::llround(1e6 * capture.get(cv::CAP_PROP_POS_MSEC));
-    grows = grows && (stamps_ns.empty() || t_ns > stamps_ns.back());
-    stamps_ns.push_back(t_ns);
+std::vector<std::string> NotesOn(const std::string& path, const VideoTimes& times,
+                                 const RepairedStamps& stamps) {
+  std::vector<std::string> out;
+  const std::string all = " of " + std::to_string(times.stamps_ns.size()) + " frames ";
+  if (stamps.by_rate) {
+    out.push_back(path + ": no frame has a time: they are put " +
+                  std::to_string(times.rate_hz).substr(0, 7) + " to the second, the frame rate");
   }
-  if (stamps_ns.size() < 2) return NoVideo(path);  // FFmpeg takes an image for a video of one frame
-  const bool has_rate = rate_hz > 0 && std::isfinite(rate_hz);
-  if (!grows) {
-    if (!has_rate) return Error{path + ": a video with neither times nor a frame rate"};
-    for (size_t i = 0; i < stamps_ns.size(); ++i) {
-      stamps_ns[i] = std::llround(1e9 * static_cast<double>(i) / rate_hz);
-    }
+  if (stamps.invented > 0) {
+    out.push_back(path + ": " + std::to_string(stamps.invented) + all +
+                  "have no time: each is put at the usual interval after the one before");
   }
-  if (has_rate && announced > 1) {
-    const double read_s = ToSeconds(stamps_ns.back() - stamps_ns.front()) + 1 / rate_hz;
-    if (!(read_s >= kLeastReadable * announced / rate_hz)) {
-      return Error{path + ": a damaged video: " + std::to_string(stamps_ns.size()) + " of " +
-                   std::to_string(std::llround(announced)) + " frames can be read"};
-    }
+  if (stamps.dropped > 0) {
+    out.push_back(path + ": passed over " + std::to_string(stamps.dropped) + all +
+                  "whose time repeats or runs backwards");
   }
-  return stamps_ns;
+  return out;
+}
+
+// Nothing where the file ends long before it says.
+Status CheckWhole(const std::string& path, const VideoTimes& times, const RepairedStamps& stamps) {
+  if (static_cast<double>(times.stamps_ns.size()) <
+      kLeastReadable * static_cast<double>(times.announced_frames)) {
+    return Error{path + ": a damaged video: " + std::to_string(times.stamps_ns.size()) + " of " +
+                 std::to_string(times.announced_frames) + " frames can be read"};
+  }
+  if (!(times.duration_s > 0) || stamps.by_rate) return Ok();
+  const auto frames = static_cast<double>(stamps.stamps_ns.size());
+  const double read_s =
+      ToSeconds(stamps.stamps_ns.back() - stamps.stamps_ns.front()) * frames / (frames - 1);
+  if (read_s >= kLeastReadable * times.duration_s) return Ok();
+  return Error{path + ": a damaged video: " + std::to_string(read_s).substr(0, 6) + " of " +
+               std::to_string(times.duration_s).substr(0, 6) + " s can be read"};
 }
 
 }  // namespace
@@ -92,13 +106,19 @@ Result<std::vector<int64_t>> ReadStamps(const std::string& path) {
 Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
                                                     const DataSourceOptions& options) {
   try {
-    auto stamps_ns = ReadStamps(path);
-    if (!stamps_ns) return stamps_ns.error();
+    const auto times = ReadVideoTimes(path);
+    if (!times) return NoVideo(path);
+    if (times->stamps_ns.size() < 2) return NoVideo(path);  // FFmpeg takes an image for a video
+    auto stamps = RepairStamps(*times);
+    if (!stamps) return Error{path + ": " + stamps.error().message};
+    if (stamps->stamps_ns.size() < 2) return NoVideo(path);
+    if (const Status whole = CheckWhole(path, *times, *stamps); !whole) return whole.error();
     if (options.use_detections) return Error{path + ": a video has no detections to use"};
     cv::VideoCapture capture;
     if (!OpenVideo(path, &capture)) return NoVideo(path);
-    return std::unique_ptr<DataSource>(
-        std::make_unique<VideoSource>(path, std::move(capture), std::move(*stamps_ns)));
+    std::vector<std::string> notes = NotesOn(path, *times, *stamps);
+    return std::unique_ptr<DataSource>(std::make_unique<VideoSource>(
+        path, std::move(capture), std::move(*stamps), std::move(notes)));
   } catch (const cv::Exception&) {
     return NoVideo(path);
   }

@@ -1,14 +1,17 @@
 #include "frontend/io/setup/camera_file.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <utility>
 #include <vector>
 
 #include "frontend/base/files/input_file.h"
+#include "frontend/base/number_text.h"
 #include "frontend/io/setup/camera_section.h"
 #include "frontend/io/setup/opencv_xml.h"
+#include "frontend/io/setup/other_cameras.h"
 #include "frontend/io/setup/yaml_reader.h"
 #include "frontend/io/setup/yaml_tree.h"
 
@@ -58,12 +61,50 @@ void ReadCameraMatrix(const YamlValue* node, YamlSection* section, Camera* camer
   const bool is_pinhole = k.size() == 9 && k[1] == 0 && k[3] == 0 && k[6] == 0 && k[7] == 0 &&
                           k[8] == 1 && k[0] > 0 && k[4] > 0;
   if (!is_pinhole) {
-    return section->Keep(node->Refuse("[fx, 0, cx, 0, fy, cy, 0, 0, 1], got another matrix"));
+    const bool zero = std::all_of(k.begin(), k.end(), [](double x) { return x == 0; });
+    const bool skewed = k.size() == 9 && k[1] != 0 && k[0] > 0;
+    return section->Keep(node->Refuse(
+        zero     ? "a calibrated camera, got a matrix of zeros: this one was never calibrated"
+        : skewed ? "[fx, 0, cx, 0, fy, cy, 0, 0, 1], got a skew of " + FormatNumber(k[1]) +
+                       ": calibrate without it"
+                 : "[fx, 0, cx, 0, fy, cy, 0, 0, 1], got another matrix"));
   }
   camera->fx = k[0];
   camera->cx = k[2];
   camera->fy = k[4];
   camera->cy = k[5];
+}
+
+// camera_info's region of interest and binning: its other members are of the full image. A pixel of
+// the binned image is the mean of its block.
+Status ApplyWindow(YamlSection* section, CameraFile* out) {
+  int x = 0, y = 0, width = 0, height = 0, bin_x = 0, bin_y = 0;
+  if (const YamlValue* roi = section->Find("roi")) {
+    YamlSection window(*roi);
+    window("x_offset", x);
+    window("y_offset", y);
+    window("width", width);
+    window("height", height);
+    section->Keep(window.FirstFault());
+  }
+  (*section)("binning_x", bin_x);
+  (*section)("binning_y", bin_y);
+  if (Status status = section->FirstFault(); !status) return status;
+  Camera& c = out->camera;
+  bin_x = std::max(1, bin_x);
+  bin_y = std::max(1, bin_y);
+  const bool all = width == 0 || height == 0;
+  if (all && bin_x == 1 && bin_y == 1) return Ok();
+  c.width = (all ? c.width : width) / bin_x;
+  c.height = (all ? c.height : height) / bin_y;
+  c.cx = (c.cx - x + 0.5) / bin_x - 0.5;
+  c.cy = (c.cy - y + 0.5) / bin_y - 0.5;
+  c.fx /= bin_x;
+  c.fy /= bin_y;
+  if (const auto problem = c.Problem()) return Error{section->file() + ": " + *problem};
+  out->notes.push_back(section->file() + ": its region of interest and binning are applied: " +
+                       std::to_string(c.width) + " x " + std::to_string(c.height) + " px");
+  return Ok();
 }
 
 // OpenCV's calibration and ROS camera_info: they share their members but for a few names.
@@ -74,8 +115,17 @@ Result<CameraFile> ReadOpenCvOrRos(const YamlValue& root) {
     const YamlValue* node = RequireOneOf(names, &section);
     if (node != nullptr) section.Keep(ReadValue(*node, size));
   };
-  read_size({"image_width", "image_Width", "width"}, &out.camera.width);
-  read_size({"image_height", "image_Height", "height"}, &out.camera.height);
+  if (const YamlValue* size = section.Find("img_size")) {
+    std::vector<double> sides;
+    section.Keep(ReadNumbers(*size, 2, &sides));
+    if (sides.size() == 2) {
+      out.camera.width = static_cast<int>(std::clamp(sides[0], 0.0, 1e6));
+      out.camera.height = static_cast<int>(std::clamp(sides[1], 0.0, 1e6));
+    }
+  } else {
+    read_size({"image_width", "image_Width", "width"}, &out.camera.width);
+    read_size({"image_height", "image_Height", "height"}, &out.camera.height);
+  }
   ReadCameraMatrix(
       RequireOneOf({"camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "k"}, &section),
       &section, &out.camera);
@@ -88,8 +138,13 @@ Result<CameraFile> ReadOpenCvOrRos(const YamlValue& root) {
     section.Keep(named ? Ok() : Status(named.error()));
     if (named) lens = *named;
   }
-  const auto distortion = {
-      "distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "D", "d"};
+  const auto distortion = {"distortion_coefficients",
+                           "Distortion_Coefficients",
+                           "distCoeffs",
+                           "dist_coeffs",
+                           "dist_coeff",
+                           "D",
+                           "d"};
   if (const YamlValue* node = RequireOneOf(distortion, &section)) {
     std::vector<double> k;
     const Status read = ReadMatrix(*node, &k);
@@ -97,6 +152,7 @@ Result<CameraFile> ReadOpenCvOrRos(const YamlValue& root) {
   }
   section.KeepProblem(out.camera.Problem());
   if (Status status = section.FirstFault(); !status) return status.error();
+  if (Status status = ApplyWindow(&section, &out); !status) return status.error();
   return out;
 }
 
@@ -111,6 +167,22 @@ void ReadTransform(const YamlValue& node, YamlSection* section, std::optional<Po
     return section->Keep(node.Refuse("a rigid 4 x 4 matrix, got another"));
   }
   *out = MakePose(Eigen::Quaterniond(rotation).normalized(), {n[3], n[7], n[11]});
+}
+
+// The mount under one of its names, and a note on every other transform or offset.
+void ReadMount(const YamlValue& node, YamlSection* section, CameraFile* out) {
+  for (const auto& [key, value] : node.members) {
+    const bool forward = key == "T_cam_imu";
+    const bool inverse = key == "T_imu_cam" || key == "T_BS";
+    if ((forward || inverse) && out->mount_key.empty()) {
+      ReadTransform(value, section, &out->cam_from_body);
+      if (inverse && out->cam_from_body) out->cam_from_body = Inverse(*out->cam_from_body);
+      out->mount_key = key;
+    } else if (key.rfind("T_", 0) == 0 || key.find("timeshift") != std::string::npos) {
+      out->notes.push_back(value.file + ":" + std::to_string(value.line) + ": " + key +
+                           " is not used");
+    }
+  }
 }
 
 Result<CameraFile> ReadKalibrCamera(const YamlValue& node) {
@@ -136,7 +208,8 @@ Result<CameraFile> ReadKalibrCamera(const YamlValue& node) {
   }
   read("intrinsics", 4, &intrinsics);
   if (lens.has_coefficients) {
-    const YamlValue* list = read("distortion_coeffs", 0, &k);
+    const bool euroc = section.Find("distortion_coefficients") != nullptr;
+    const YamlValue* list = read(euroc ? "distortion_coefficients" : "distortion_coeffs", 0, &k);
     if (list != nullptr) section.Keep(SetLens(*list, lens, k, &out.camera));
   }
   if (const YamlValue* size = read("resolution", 2, &resolution)) {
@@ -151,8 +224,7 @@ Result<CameraFile> ReadKalibrCamera(const YamlValue& node) {
   camera.cy = intrinsics[3];
   camera.width = static_cast<int>(std::min(resolution[0], 1e6));
   camera.height = static_cast<int>(std::min(resolution[1], 1e6));
-  const YamlValue* transform = section.Find("T_cam_imu");
-  if (transform != nullptr) ReadTransform(*transform, &section, &out.cam_from_body);
+  ReadMount(node, &section, &out);
   section.KeepProblem(camera.Problem());
   if (Status status = section.FirstFault(); !status) return status.error();
   return out;
@@ -209,7 +281,9 @@ Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& na
   if (!name.empty()) {
     return Error{path + ": camera: expected no name for a file with one camera, got " + name};
   }
-  if (const YamlValue* section = Member(*root, "camera")) return ReadOwn(*section);
+  const YamlValue* section = Member(*root, "camera");
+  if (section != nullptr && section->kind == YamlValue::Kind::kMapping) return ReadOwn(*section);
+  if (const auto other = ReadOtherCamera(*root)) return *other;
   if (Member(*root, "fx") != nullptr) return ReadOwn(*root);
   if (Member(*root, "camera_model") != nullptr) return ReadKalibrCamera(*root);
   return ReadOpenCvOrRos(*root);

@@ -1,19 +1,10 @@
 #pragma once
-#include <optional>
 #include <string>
 
 #include "frontend/base/result.h"
-#include "frontend/types/camera.h"
-#include "frontend/types/pose.h"
+#include "frontend/io/setup/other_cameras.h"
 
 namespace tagtwist {
-
-/// What a calibration file says of one camera.
-struct CameraFile {
-  Camera camera;
-  double line_time_s = 0;             // of a rolling shutter; only tagtwist's own files tell it
-  std::optional<Pose> cam_from_body;  // Kalibr's T_cam_imu: the body is the IMU
-};
 
 /// Reads a camera from a calibration (docs/formats.md), told apart by its content: Kalibr
 /// camchain, OpenCV YAML or XML, ROS camera_info, or the section `camera` of a configuration.

@@ -9,8 +9,9 @@
 namespace tagtwist {
 namespace {
 
-const std::array<std::pair<const char*, NamedLens>, 6> kLenses = {{
+const std::array<std::pair<const char*, NamedLens>, 7> kLenses = {{
     {"radtan", {LensModel::kRadialTangential, true}},
+    {"radial-tangential", {LensModel::kRadialTangential, true}},
     {"plumb_bob", {LensModel::kRadialTangential, true}},
     {"rational_polynomial", {LensModel::kRadialTangential, true}},
     {"equidistant", {LensModel::kEquidistant, true}},
@@ -35,11 +36,14 @@ Status SetLens(const YamlValue& node, const NamedLens& lens, std::vector<double>
   const bool equidistant = lens.model == LensModel::kEquidistant;
   const size_t most = !lens.has_coefficients ? 0 : equidistant ? 4 : 8;
   while (coefficients.size() > most && coefficients.back() == 0) coefficients.pop_back();
+  if (coefficients.empty() && most > 0) coefficients.resize(4, 0.0);  // an empty list: none
   const size_t size = coefficients.size();
   const bool known_size = size == most || (most == 8 && (size == 4 || size == 5));
   if (!known_size) {
     const char* expected = most == 0     ? "no coefficients (the model is none)"
                            : equidistant ? "a list of 4 numbers"
+                           : size > 8    ? "a list of 4, 5 or 8 numbers (calibrate without thin "
+                                           "prism and tilt)"
                                          : "a list of 4, 5 or 8 numbers";
     return node.Refuse(std::string(expected) + ", got " + std::to_string(size));
   }

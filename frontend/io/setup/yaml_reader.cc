@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "frontend/base/files/input_file.h"
+#include "frontend/base/nearest_name.h"
 #include "frontend/io/setup/yaml_tree.h"
 
 namespace tagtwist {
@@ -36,7 +37,8 @@ Result<YamlValue> ReadYaml(const std::string& path, const Limits& limits) {
 Status ReadValue(const YamlValue& node, double* value) {
   double number = 0;
   if (!IsPlain(node) || !ParseWhole(node.scalar, &number) || !std::isfinite(number)) {
-    return node.Refuse("a finite number");
+    const bool comma = IsPlain(node) && node.scalar.find(',') != std::string::npos;
+    return node.Refuse(comma ? "a finite number with a decimal point" : "a finite number");
   }
   *value = number;
   return Ok();
@@ -128,7 +130,7 @@ Status YamlSection::Finish() {
   // An unknown key comes first: a misspelt key also leaves a needed one missing.
   for (const auto& [name, value] : mapping_.members) {
     if (std::find(known_.begin(), known_.end(), name) == known_.end()) {
-      return value.Refuse("one of " + names + ", got an unknown key");
+      return value.Refuse("one of " + names + ", got an unknown key" + DidYouMean(name, known_));
     }
   }
   return FirstFault();

@@ -50,6 +50,8 @@ class YamlSection {
     }
   }
 
+  const std::string& file() const { return mapping_.file; }
+
   /// Keeps the fault, if it is the first.
   void Keep(const Status& status);
   /// Keeps "name: expected ..., got ..." (what an options struct's Problem() says) with the line of

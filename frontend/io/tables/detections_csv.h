@@ -17,9 +17,17 @@ struct StampedDetections {
 
 /// Reads "t,id,u1,v1,...,u4,v4" (or "timestamp" in ns): corners p1..p4 in pixels, pixel centres at
 /// integers. Rows of a stamp stand together and stamps grow; ids may repeat. Where `known_ids` has
-/// entries, another id is an error.
+/// entries, another id is an error. Rows without numbers and those whose stamps run backwards are
+/// passed over, and counted in the notes.
 Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit,
-                                                         const std::vector<int>& known_ids = {});
+                                                         const std::vector<int>& known_ids = {},
+                                                         std::vector<std::string>* notes = nullptr);
+
+/// Optionally the upper triangle of a tag's covariance over u1 v1 .. u4 v4, row by row, in 36
+/// columns c11, c12, .., c88 [px^2]; cells may be empty. FormatDetectionsWithCovariances writes
+/// them.
+std::string DetectionsWithCovariancesHeader();
+std::string FormatDetectionsWithCovariances(int64_t t_ns, const std::vector<TagDetection>& tags);
 
 /// The header line, and the rows of one stamp, numbers in the shortest form that reads back.
 std::string DetectionsCsvHeader(TimeUnit unit);

@@ -15,20 +15,32 @@ void AppendVector(const Eigen::Vector3d& v, std::string* out) {
 
 }  // namespace
 
-Result<std::vector<ImuSample>> ReadImuCsv(const std::string& path, TimeUnit unit) {
+Result<std::vector<ImuSample>> ReadImuCsv(const std::string& path, TimeUnit unit,
+                                          std::vector<std::string>* notes) {
   const auto table = CsvTable::Read(path);
   if (!table) return table.error();
   auto columns = table->RequireColumns(ColumnNames(unit));
   if (!columns) return columns.error();
-  const auto stamps = ReadGrowingStamps(*table, columns->front(), unit);
+  const auto stamps = ReadStamps(*table, columns->front(), unit);
   if (!stamps) return stamps.error();
   columns->erase(columns->begin());
   std::vector<ImuSample> out;
-  out.reserve(table->rows());
-  for (size_t row = 0; row < table->rows(); ++row) {
+  size_t without = 0;
+  for (size_t i = 0; i < stamps->rows.size(); ++i) {
+    const size_t row = stamps->rows[i];
+    if (HasNan(*table, row, *columns)) {
+      ++without;
+      continue;
+    }
     const auto n = table->Numbers(row, *columns);
     if (!n) return n.error();
-    out.push_back({(*stamps)[row], Eigen::Vector3d(n->data()), Eigen::Vector3d(n->data() + 3)});
+    out.push_back(
+        {stamps->stamps_ns[i], Eigen::Vector3d(n->data()), Eigen::Vector3d(n->data() + 3)});
+  }
+  if (notes == nullptr) return out;
+  notes->insert(notes->end(), stamps->notes.begin(), stamps->notes.end());
+  if (without > 0) {
+    notes->push_back(path + ": passed over " + std::to_string(without) + " rows without numbers");
   }
   return out;
 }

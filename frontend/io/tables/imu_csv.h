@@ -10,7 +10,8 @@ namespace tagtwist {
 
 /// Reads IMU samples, stamps growing strictly: "t,ax,ay,az,gx,gy,gz" in seconds, m/s^2 and rad/s,
 /// or EuRoC/ASL's "timestamp,w_RS_S_x,...,a_RS_S_z" in ns.
-Result<std::vector<ImuSample>> ReadImuCsv(const std::string& path, TimeUnit unit);
+Result<std::vector<ImuSample>> ReadImuCsv(const std::string& path, TimeUnit unit,
+                                          std::vector<std::string>* notes = nullptr);
 std::string FormatImuCsv(const std::vector<ImuSample>& imu, TimeUnit unit);
 
 }  // namespace tagtwist

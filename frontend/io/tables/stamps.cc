@@ -1,8 +1,27 @@
 #include "frontend/io/tables/stamps.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "frontend/io/tables/growing_stamps.h"
+#include "frontend/io/tables/stamp_unit.h"
 
 namespace tagtwist {
+namespace {
+
+StampUnit Declared(TimeUnit unit) {
+  return unit == TimeUnit::kSeconds ? StampUnit::kSeconds : StampUnit::kNanoseconds;
+}
+
+std::vector<double> NumbersOf(const CsvTable& table, size_t column) {
+  std::vector<double> out;
+  for (size_t row = 0; row < table.rows(); ++row) {
+    if (const auto number = ParseNumber(table.Cell(row, column))) out.push_back(*number);
+  }
+  return out;
+}
+
+}  // namespace
 
 Result<int64_t> ReadStamp(const CsvTable& table, size_t row, size_t column, TimeUnit unit) {
   return unit == TimeUnit::kSeconds ? table.Seconds(row, column) : table.Integer(row, column);
@@ -19,19 +38,58 @@ std::optional<std::string> StampFault(int64_t previous_ns, int64_t t_ns) {
   return stamp + "runs backwards, after " + FormatSeconds(previous_ns) + " s";
 }
 
-Result<std::vector<int64_t>> ReadGrowingStamps(const CsvTable& table, size_t column,
-                                               TimeUnit unit) {
-  std::vector<int64_t> out;
-  out.reserve(table.rows());
-  for (size_t row = 0; row < table.rows(); ++row) {
-    const auto t_ns = ReadStamp(table, row, column, unit);
-    if (!t_ns) return t_ns.error();
-    if (!out.empty()) {
-      if (const auto fault = StampFault(out.back(), *t_ns)) return table.ErrorAt(row, *fault);
-    }
-    out.push_back(*t_ns);
+Result<TakenStamps> ReadStamps(const CsvTable& table, size_t column, TimeUnit unit,
+                               bool all_repeats) {
+  TakenStamps out;
+  std::optional<StampUnit> other;
+  if (const auto wrong = FindWrongUnit(NumbersOf(table, column), Declared(unit))) {
+    other = wrong->implied;
+    out.notes.push_back(table.path() + ": its stamps are taken for " + ToString(wrong->implied) +
+                        ": " + wrong->words);
   }
+  GrowingStamps growing;
+  size_t without = 0;
+  for (size_t row = 0; row < table.rows(); ++row) {
+    const std::string_view cell = table.Cell(row, column);
+    if (cell == "nan" || cell == "NaN") {
+      ++without;
+      continue;
+    }
+    const auto parsed = other ? ParseStamp(cell, *other) : std::nullopt;
+    const auto t_ns = parsed ? Result<int64_t>(*parsed) : ReadStamp(table, row, column, unit);
+    if (!t_ns) return t_ns.error();
+    const bool repeats = !out.stamps_ns.empty() && *t_ns == out.stamps_ns.back();
+    const bool grows = out.stamps_ns.empty() || *t_ns > out.stamps_ns.back();
+    if (grows || (repeats && all_repeats)) {
+      growing.kept.push_back(row);
+      out.stamps_ns.push_back(*t_ns);
+    } else {
+      if (growing.All()) growing.first_passed_over = row;
+      (repeats ? growing.repeated : growing.backward) += 1;
+    }
+  }
+  if (without > 0) {
+    out.notes.push_back(table.path() + ": passed over " + std::to_string(without) +
+                        " rows without a stamp");
+  }
+  if (!growing.All()) {
+    const std::string text = PassedOverText(
+        growing, "rows", "line " + std::to_string(table.line(growing.first_passed_over)));
+    if (2 * growing.kept.size() <= table.rows()) {
+      return table.ErrorAt(growing.first_passed_over, text + ", too few are left");
+    }
+    out.notes.push_back(table.path() + ": " + text);
+  }
+  if (out.stamps_ns.empty() && without > 0) return table.ErrorAt(0, "no row has a stamp");
+  out.rows = std::move(growing.kept);
   return out;
+}
+
+bool HasNan(const CsvTable& table, size_t row, const std::vector<size_t>& columns) {
+  return std::any_of(columns.begin(), columns.end(), [&](size_t column) {
+    const std::string_view cell = table.Cell(row, column);
+    return cell == "nan" || cell == "NaN" || cell == "-nan";
+  });
 }
 
 size_t NearestIndex(const std::vector<int64_t>& stamps_ns, int64_t t_ns) {

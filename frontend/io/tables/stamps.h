@@ -20,8 +20,22 @@ std::string FormatStamp(int64_t t_ns, TimeUnit unit);
 /// 0.4 runs backwards, after 0.5"; nullopt when it can.
 std::optional<std::string> StampFault(int64_t previous_ns, int64_t t_ns);
 
-/// The stamps of a whole column; refuses those that do not grow strictly.
-Result<std::vector<int64_t>> ReadGrowingStamps(const CsvTable& table, size_t column, TimeUnit unit);
+/// The stamps of a column that are taken.
+struct TakenStamps {
+  std::vector<int64_t> stamps_ns;  // strictly growing
+  std::vector<size_t> rows;        // of the table, one a stamp
+  std::vector<std::string> notes;  // rows passed over, a unit that is another: a line each
+};
+
+/// Passes over rows without a stamp ("nan") and those whose stamps repeat or run backwards, and
+/// counts them in the notes. Stamps that cannot be in the unit that the format has (FindWrongUnit)
+/// are read in the one that they imply, and that is noted. `all_repeats`: rows of one stamp stand
+/// together and are all taken.
+Result<TakenStamps> ReadStamps(const CsvTable& table, size_t column, TimeUnit unit,
+                               bool all_repeats = false);
+
+/// True where one of the cells is "nan": a row that says nothing.
+bool HasNan(const CsvTable& table, size_t row, const std::vector<size_t>& columns);
 
 /// Index of the stamp nearest to t_ns; the stamps grow and are not empty.
 size_t NearestIndex(const std::vector<int64_t>& stamps_ns, int64_t t_ns);

@@ -45,6 +45,12 @@ Result<Eigen::Vector3d> ReadVector(const CsvTable& table, size_t row, const Colu
   return Eigen::Vector3d(numbers->data());
 }
 
+// True where the attitude of a pose is a quaternion of zero: nothing was tracked.
+bool IsZero(const CsvTable& table, size_t row, const Columns& pose) {
+  const auto n = table.Numbers(row, pose);
+  return n && (*n)[3] == 0 && (*n)[4] == 0 && (*n)[5] == 0 && (*n)[6] == 0;
+}
+
 // Index of the IMU sample to take a rate from; imu.size() when none is near enough.
 size_t FindGyro(const std::vector<int64_t>& imu_stamps_ns, int64_t t_ns) {
   if (imu_stamps_ns.empty()) return 0;
@@ -54,13 +60,15 @@ size_t FindGyro(const std::vector<int64_t>& imu_stamps_ns, int64_t t_ns) {
 }
 
 Status FillRates(const CsvTable& table, const EurocColumns& columns,
-                 const std::vector<ImuSample>& imu, std::vector<TruthSample>* truth) {
+                 const std::vector<ImuSample>& imu, const std::vector<size_t>& rows,
+                 std::vector<TruthSample>* truth) {
   const std::vector<Eigen::Vector3d> differences = DifferentiateAttitude(*truth);
   std::vector<int64_t> imu_stamps_ns;
   imu_stamps_ns.reserve(imu.size());
   for (const ImuSample& sample : imu) imu_stamps_ns.push_back(sample.t_ns);
-  for (size_t row = 0; row < truth->size(); ++row) {
-    TruthSample& sample = (*truth)[row];
+  for (size_t i = 0; i < truth->size(); ++i) {
+    TruthSample& sample = (*truth)[i];
+    const size_t row = rows[i];
     const auto bias = ReadVector(table, row, columns.gyro_bias);
     if (!bias) return bias.error();
     const auto rate = ReadVector(table, row, columns.rate);
@@ -68,7 +76,7 @@ Status FillRates(const CsvTable& table, const EurocColumns& columns,
     const size_t gyro = FindGyro(imu_stamps_ns, sample.t_ns);
     sample.twist->omega_body = !columns.rate.empty() ? *rate
                                : gyro < imu.size()   ? Eigen::Vector3d(imu[gyro].gyro_radps - *bias)
-                                                     : differences[row];
+                                                     : differences[i];
   }
   return Ok();
 }
@@ -80,29 +88,46 @@ bool LooksLikeEurocTruth(const CsvTable& table) {
 }
 
 Result<std::vector<TruthSample>> TruthFromEurocTable(const CsvTable& table,
-                                                     const std::vector<ImuSample>& imu) {
+                                                     const std::vector<ImuSample>& imu,
+                                                     std::vector<std::string>* notes) {
   const auto stamp_column = table.RequireColumns({"timestamp"});
   if (!stamp_column) return stamp_column.error();
   const auto columns = FindEurocColumns(table);
   if (!columns) return columns.error();
   if (table.rows() == 0) return Error{table.path() + ": no rows"};
-  const auto stamps = ReadGrowingStamps(table, stamp_column->front(), TimeUnit::kNanoseconds);
+  const auto stamps = ReadStamps(table, stamp_column->front(), TimeUnit::kNanoseconds);
   if (!stamps) return stamps.error();
   std::vector<TruthSample> truth;
-  truth.reserve(table.rows());
-  for (size_t row = 0; row < table.rows(); ++row) {
+  std::vector<size_t> rows;
+  size_t without = 0;
+  for (size_t i = 0; i < stamps->rows.size(); ++i) {
+    const size_t row = stamps->rows[i];
+    if (HasNan(table, row, columns->pose) || IsZero(table, row, columns->pose)) {
+      ++without;
+      continue;
+    }
     const auto numbers = table.Numbers(row, columns->pose);
     if (!numbers) return numbers.error();
     const auto pose = PoseFromNumbers(*numbers);
     if (!pose) return table.ErrorAt(row, pose.error().message);
     const auto velocity = ReadVector(table, row, columns->velocity);
     if (!velocity) return velocity.error();
-    TruthSample sample{(*stamps)[row], *pose, std::nullopt};
+    TruthSample sample{stamps->stamps_ns[i], *pose, std::nullopt};
     if (!columns->velocity.empty()) sample.twist = Twist{*velocity, Eigen::Vector3d::Zero()};
     truth.push_back(sample);
+    rows.push_back(row);
   }
+  if (notes != nullptr) {
+    notes->insert(notes->end(), stamps->notes.begin(), stamps->notes.end());
+    if (without > 0) {
+      notes->push_back(table.path() + ": passed over " + std::to_string(without) +
+                       " rows without a pose");
+    }
+  }
+  if (truth.empty()) return Error{table.path() + ": no row has a pose"};
   if (columns->velocity.empty()) return truth;
-  if (const auto filled = FillRates(table, *columns, imu, &truth); !filled) return filled.error();
+  if (const auto filled = FillRates(table, *columns, imu, rows, &truth); !filled)
+    return filled.error();
   return truth;
 }
 

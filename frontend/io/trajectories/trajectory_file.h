@@ -4,19 +4,19 @@
 #include <vector>
 
 #include "frontend/base/result.h"
+#include "frontend/io/trajectories/trajectory_rows.h"
 #include "frontend/types/body_state.h"
+#include "frontend/types/truth.h"
 
 namespace tagtwist {
 
-/// Ground truth from a file, told apart by its content:
-/// - CSV with columns t,x,y,z,qx,qy,qz,qw and optionally the twist vx_world,...,wz_body (or
-///   vx,...,wz), in any order, among others that are ignored (so states.csv is read, too);
-/// - EuRoC/ASL state_groundtruth (timestamp in ns); the rate, which it lacks, comes from the
-///   attitudes' differences;
-/// - TUM: "t x y z qx qy qz qw" apart by blanks, comments from '#';
-/// - a course .mat (time and vicon).
-/// Body in W; stamps grow strictly; quaternions within 1e-2 of unit norm are normalised. At least
-/// one sample.
+/// A trajectory from a file, told apart by its content: a course .mat (time and vicon), or a text
+/// in any form that ReadTrajectoryText knows. Body in W; stamps grow strictly; quaternions within
+/// 1e-2 of unit norm are normalised. At least one sample. `body`: which one, where there are
+/// several.
+Result<TrajectoryFile> ReadTrajectoryFile(const std::string& path, const std::string& body);
+
+/// Its samples, for whoever has nobody to tell the notes to.
 Result<std::vector<TruthSample>> ReadGroundTruth(const std::string& path);
 
 /// The project's CSV; twist columns only where every sample has a twist.
@@ -26,9 +26,5 @@ std::string FormatGroundTruthCsv(const std::vector<TruthSample>& truth);
 /// file with the comment that names the columns.
 std::string FormatTumLine(int64_t t_ns, const Pose& world_from_body);
 std::string FormatTum(const std::vector<TruthSample>& trajectory);
-
-/// Body rates [rad/s, in B] by central differences of the attitudes (one-sided at the ends);
-/// zero for a single sample.
-std::vector<Eigen::Vector3d> DifferentiateAttitude(const std::vector<TruthSample>& truth);
 
 }  // namespace tagtwist

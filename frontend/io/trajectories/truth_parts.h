@@ -18,7 +18,8 @@ Result<Pose> PoseFromNumbers(const std::vector<double>& xyz_qxyzw);
 /// columns w_RS_S_* where it has them (an addition of this project's writer), else the gyro's less
 /// the table's bias at the nearest sample within 10 ms, else the attitudes' difference.
 Result<std::vector<TruthSample>> TruthFromEurocTable(const CsvTable& table,
-                                                     const std::vector<ImuSample>& imu);
+                                                     const std::vector<ImuSample>& imu,
+                                                     std::vector<std::string>* notes = nullptr);
 bool LooksLikeEurocTruth(const CsvTable& table);
 std::string FormatEurocTruth(const std::vector<TruthSample>& truth);
 

@@ -197,14 +197,16 @@ TEST_F(Bag, IsRefusedInOneLine) {
   bag_.close();
   EXPECT_THAT(Refusal(), HasSubstr("x.bag: no images in the bag"));
   bag_.open(folder_ / "x.bag", rosbag::bagmode::Write);
-  for (const size_t i : {0, 2, 1}) {
+  for (const size_t i : {2, 1, 0}) {
     bag_.write("/cam", ToRos(1000000000), Raw(frames_[i]));
   }
   bag_.close();
-  EXPECT_THAT(Refusal(), HasSubstr("x.bag: /cam, message 2: stamp 0.020000000 s runs backwards"));
+  EXPECT_THAT(
+      Refusal(),
+      HasSubstr("x.bag: /cam: stamp 0.020000000 s repeats or runs backwards, and so do others"));
   bag_.open(folder_ / "x.bag", rosbag::bagmode::Write);
   sensor_msgs::Image odd = Raw(frames_[0]);
-  odd.encoding = "yuv422";
+  odd.encoding = "nv99";
   Write("/cam", odd);
   bag_.close();
   EXPECT_THAT(Refusal(), HasSubstr("x.bag: /cam, message 0: encoding: expected one of mono8"));

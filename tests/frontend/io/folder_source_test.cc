@@ -49,11 +49,11 @@ TEST_F(FolderSource, ReadsFramesInOrder) {
 TEST_F(FolderSource, RefusesBadStamps) {
   const std::string table = folder_ / "timestamps.csv";
   WriteText(table, "t,file\n0.1,0.png\n0.1,1.png\n");
-  EXPECT_EQ(Fault(), table + ":3: stamp 0.100000000 s repeats");
+  EXPECT_THAT(Fault(), HasSubstr(table + ":3: passed over 1 of 2 rows: 1 stamp repeats"));
   WriteText(table, "t,file\n0.2,0.png\n0.1,1.png\n");
-  EXPECT_EQ(Fault(), table + ":3: stamp 0.100000000 s runs backwards, after 0.200000000 s");
+  EXPECT_THAT(Fault(), HasSubstr(table + ":3: passed over 1 of 2 rows: 1 runs backwards"));
   WriteText(table, "t,file\nnan,0.png\n");
-  EXPECT_EQ(Fault(), table + ":2: t: expected a time in seconds, got 'nan'");
+  EXPECT_EQ(Fault(), table + ":2: no row has a stamp");
 }
 
 TEST_F(FolderSource, RefusesABadTable) {
@@ -172,10 +172,9 @@ TEST_F(FolderSource, RefusesBadDetections) {
       {header + "0.15,7,1,2,3,4,5,6,7,8\n", ":2: stamp 0.150000000 s is no frame's"},
       {header + good + "0.2,x,1,2,3,4,5,6,7,8\n", ":3: id: expected an integer, got 'x'"},
       {header + "0.1,-1,1,2,3,4,5,6,7,8\n", ":2: id: expected a tag id >= 0, got -1"},
-      {header + "0.1,1,nan,2,3,4,5,6,7,8\n", ":2: u1: expected a finite number, got 'nan'"},
       {header + "0.1,1,1,2,3,4,5,6,7,inf\n", ":2: v4: expected a finite number, got 'inf'"},
       {header + "0.2,7,1,2,3,4,5,6,7,8\n" + good,
-       ":3: stamp 0.100000000 s runs backwards, after 0.200000000 s"}};
+       ":3: passed over 1 of 2 rows: 1 runs backwards (the first: line 3), too few are left"}};
   for (const auto& [text, fault] : cases) {
     WriteText(path, text);
     EXPECT_EQ(DetectionsFault(), path + fault);
@@ -189,12 +188,12 @@ TEST_F(FolderSource, RefusesBadDetections) {
 TEST_F(FolderSource, RefusesBadImuAndGroundTruth) {
   const std::string imu = folder_ / "imu.csv", truth = folder_ / "ground_truth.csv";
   WriteText(imu, "t,ax,ay,az,gx,gy,gz\n0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n");
-  EXPECT_EQ(Fault(), imu + ":3: stamp 0.000000000 s repeats");
+  EXPECT_THAT(Fault(), HasSubstr(imu + ":3: passed over 1 of 2 rows: 1 stamp repeats"));
   WriteText(imu, "t,ax,ay,az,gx,gy,gz\n0,1,2,3,4,5,\n");
   EXPECT_EQ(Fault(), imu + ":2: gz: expected a finite number, got ''");
   std::filesystem::remove(imu);
   WriteText(truth, "t,x,y,z,qx,qy,qz\n0,1,2,3,0,0,0\n");
-  EXPECT_EQ(Fault(), truth + ":1: missing column 'qw'");
+  EXPECT_THAT(Fault(), HasSubstr(truth + ":1: missing column 'qx', 'qy', 'qz' or 'qw'"));
 }
 
 TEST(ImageFile, TellsATruncatedJpeg) {

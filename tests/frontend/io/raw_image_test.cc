@@ -42,6 +42,13 @@ TEST(RawImage, EveryEncodingBecomesItsLuminance) {
   EXPECT_NEAR(Grey(Read("rgba8", 4, {100, 0, 0, 255})), 29.9, 1);
 }
 
+TEST(RawImage, SensorsOfTenAndTwelveBitsAreNotDark) {
+  EXPECT_EQ(Grey(Read("mono16", 2, {0x20, 0x03})), 0x320 >> 2);  // 800 of 1023
+  EXPECT_EQ(Grey(Read("mono16", 2, {0x00, 0x0C})), 0xC0);        // 3072 of 4095
+  EXPECT_EQ(Grey(Read("yuv422", 2, {128, 77})), 77);
+  EXPECT_EQ(Grey(Read("yuv422_yuy2", 2, {77, 128})), 77);
+}
+
 // Red alone shines; which of each 2 x 2 pixels it is, is the pattern's name.
 TEST(RawImage, BayerPatternsAreNotMixedUp) {
   for (const auto& [encoding, red] :
@@ -69,7 +76,7 @@ TEST(RawImage, WhatDoesNotFitIsRefused) {
     const auto image = GrayFromRaw(raw);
     return image ? std::string() : image.error().message;
   };
-  EXPECT_THAT(refusal({"yuv422", 2, 2, 4, false, &data}), HasSubstr("encoding: expected one of"));
+  EXPECT_THAT(refusal({"32FC1", 2, 2, 8, false, &data}), HasSubstr("encoding: expected one of"));
   EXPECT_EQ(refusal({"mono8", 4, 4, 4, false, &data}), "expected 16 bytes, got 12");
   EXPECT_EQ(refusal({"bgr8", 2, 2, 4, false, &data}), "expected rows of 6 bytes, got 4");
   EXPECT_EQ(refusal({"mono8", 0, 4, 4, false, &data}), "an image of 0 x 4 px");

@@ -1,0 +1,83 @@
+#include "apps/estimate/doubts.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "estimator/calibration/set_up_fault.h"
+#include "estimator/evaluation/plausibility.h"
+#include "estimator/evaluation/truth_fault.h"
+#include "estimator/jobs/find_family.h"
+#include "estimator/online/recording_options.h"
+
+namespace tagtwist {
+namespace {
+
+// Of frames with a pose that their own tags give.
+std::vector<TimedPose> PosesOf(const Estimate& estimate) {
+  std::vector<TimedPose> out;
+  for (const FrameEstimate& frame : estimate.frames) {
+    if (frame.status == FrameStatus::kOk && frame.closed_form.world_from_body) {
+      out.push_back({frame.t_ns, *frame.closed_form.world_from_body});
+    }
+  }
+  return out;
+}
+
+// Where few frames show tags of the map, the images are looked at again.
+std::optional<Fault> OtherTags(const EstimateJob& job, const Config& config,
+                               const TagSample& sample) {
+  const bool many = 2 * sample.with_two() > sample.count() && sample.count() > 0;
+  const bool one_is_enough = config.set_up.map.tags().size() == 1;
+  if (job.run.use_detections || IsCamera(job.dataset) || many || one_is_enough) return std::nullopt;
+  DataSourceOptions options;
+  options.topic = job.topic;
+  auto source = OpenDataSource(job.dataset, options);
+  return source ? FindOtherTags(source->get(), config.set_up.map) : std::nullopt;
+}
+
+// An error that says what went wrong, not why.
+bool IsMute(const std::string& error) {
+  return error.find("positive definite") != std::string::npos ||
+         error.find("shows a tag") != std::string::npos;
+}
+
+void Add(std::optional<Fault> fault, Doubts* out) {
+  if (fault) out->push_back(*fault);
+}
+
+}  // namespace
+
+Doubts DoubtsOf(const EstimateJob& job, const Config& config, const TagSample& sample,
+                const std::vector<TruthSample>& truth, const Estimate* estimate,
+                const std::string& error) {
+  Doubts out = ImplausibleSetUp(config.set_up.rig.front().camera, config.set_up.map);
+  if (estimate == nullptr && !IsMute(error)) return out;
+  Add(OtherTags(job, config, sample), &out);
+  if (out.empty()) {
+    Add(FindSetUpFault(sample.frames(), config.set_up.rig.front().camera,
+                       config.set_up.rig.front().line_time_s, config.set_up.map),
+        &out);
+  }
+  if (estimate == nullptr) return out;
+  for (const Fault& fault : ImplausibleMotion(PosesOf(*estimate))) out.push_back(fault);
+  if (!truth.empty() && out.empty()) {
+    constexpr double kMaxGapS = 0.1;
+    Add(FindTruthFault(EstimatedSeries(estimate->frames), truth,
+                       config.set_up.rig.front().cam_from_body, kMaxGapS),
+        &out);
+  }
+  return out;
+}
+
+std::string TextOf(const Fault& fault) {
+  return fault.fact + (fault.advice.empty() ? "" : " " + fault.advice);
+}
+
+Error WithDoubts(const Error& error, const Inputs& inputs, const Doubts& doubts) {
+  std::string out = error.message;
+  for (const std::string& warning : inputs.warnings) out += "; " + warning;
+  for (const Fault& fault : doubts) out += "; " + TextOf(fault);
+  return Error{out};
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,137 @@
+#include "apps/estimate/inputs.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "frontend/base/format_text.h"
+#include "frontend/base/quantile.h"
+#include "frontend/io/trajectories/trajectory_file.h"
+
+namespace tagtwist {
+namespace {
+
+std::string SpanText(int64_t first_ns, int64_t last_ns) {
+  return Format("%.3f to %.3f s", ToSeconds(first_ns), ToSeconds(last_ns));
+}
+
+std::string RecordingLine(const std::string& dataset, const DataSource& source) {
+  const std::vector<int64_t>& stamps_ns = source.stamps_ns();
+  if (stamps_ns.size() < 2) return "recording  " + dataset;
+  std::vector<double> steps_s;
+  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+    steps_s.push_back(ToSeconds(stamps_ns[i] - stamps_ns[i - 1]));
+  }
+  return "recording  " + dataset +
+         Format(": %zu frames, %.4g Hz, %.2f s (", stamps_ns.size(), 1 / Quantile(steps_s, 0.5),
+                ToSeconds(stamps_ns.back() - stamps_ns.front())) +
+         SpanText(stamps_ns.front(), stamps_ns.back()) + ")";
+}
+
+const char* LensText(const Camera& camera) {
+  if (!camera.IsDistorted()) return "no distortion";
+  return camera.lens == LensModel::kEquidistant ? "equidistant" : "radtan";
+}
+
+std::string CameraLine(const Config& config) {
+  const Camera& c = config.set_up.rig.front().camera;
+  std::string out =
+      Format("camera     %d x %d px, fx %.1f, fy %.1f, ", c.width, c.height, c.fx, c.fy) +
+      LensText(c);
+  if (config.set_up.rig.front().line_time_s != 0) {
+    out += Format(", rolling shutter of %.1f ms",
+                  1e3 * config.set_up.rig.front().line_time_s * c.height);
+  }
+  return out + ", from " + config.origins.camera;
+}
+
+std::string MountLine(const Config& config) {
+  const Eigen::Vector3d t = config.set_up.rig.front().cam_from_body.translation();
+  return Format("mount      cam_from_body at (%.4g, %.4g, %.4g) m, turned %.1f deg, from ", t.x(),
+                t.y(), t.z(),
+                57.29578 *
+                    Eigen::AngleAxisd(config.set_up.rig.front().cam_from_body.rotation()).angle()) +
+         config.origins.mount;
+}
+
+std::string MapLine(const Config& config) {
+  double smallest_m = 1e9, largest_m = 0;
+  for (const Tag& tag : config.set_up.map.tags()) {
+    smallest_m = std::min(smallest_m, tag.size_m);
+    largest_m = std::max(largest_m, tag.size_m);
+  }
+  const std::string sizes = smallest_m == largest_m
+                                ? Format("%.4g mm", 1e3 * smallest_m)
+                                : Format("%.4g to %.4g mm", 1e3 * smallest_m, 1e3 * largest_m);
+  return Format("map        %zu tags of ", config.set_up.map.tags().size()) +
+         config.set_up.map.family() + ", " + sizes + ", from " + config.origins.map +
+         (config.origins.map_is_assumed ? " (neither --map nor --config names another)" : "");
+}
+
+std::string TruthLine(const std::string& origin, const std::vector<TruthSample>& truth,
+                      const std::vector<int64_t>& stamps_ns) {
+  if (truth.empty()) return "truth      none";
+  const auto within = [&](int64_t t_ns) {
+    return t_ns >= truth.front().t_ns && t_ns <= truth.back().t_ns;
+  };
+  const auto covered = std::count_if(stamps_ns.begin(), stamps_ns.end(), within);
+  return "truth      " + origin +
+         Format(": %zu poses%s, %zd of %zu frames lie in its time", truth.size(),
+                truth.front().twist ? " with twists" : "", covered, stamps_ns.size());
+}
+
+Status ReadTruth(const EstimateJob& job, const DataSource& source, Inputs* out,
+                 std::string* origin) {
+  if (job.ground_truth.empty()) {
+    out->truth = source.ground_truth();
+    *origin = source.truth_origin().empty() ? "the recording's own" : source.truth_origin();
+    return Ok();
+  }
+  auto file = ReadTrajectoryFile(job.ground_truth, job.truth_topic);
+  if (!file) return file.error();
+  out->truth = std::move(file->samples);
+  out->warnings.insert(out->warnings.end(), file->notes.begin(), file->notes.end());
+  *origin = job.ground_truth + " (" + file->form + ")";
+  const std::vector<int64_t>& stamps_ns = source.stamps_ns();
+  if (stamps_ns.empty()) return Ok();
+  const bool apart =
+      out->truth.back().t_ns < stamps_ns.front() || out->truth.front().t_ns > stamps_ns.back();
+  if (!apart) return Ok();
+  return Error{job.ground_truth + ": no sample lies within the recording: it has " +
+               SpanText(out->truth.front().t_ns, out->truth.back().t_ns) + ", the recording " +
+               SpanText(stamps_ns.front(), stamps_ns.back()) +
+               ": bring both to one clock (a column of other stamps, or another unit)"};
+}
+
+}  // namespace
+
+Result<Inputs> TakeInputs(const EstimateJob& job, const Config& config, const DataSource& source) {
+  Inputs out;
+  out.warnings = config.origins.notes;
+  out.warnings.insert(out.warnings.end(), source.notes().begin(), source.notes().end());
+  std::string origin;
+  if (const Status read = ReadTruth(job, source, &out, &origin); !read) return read.error();
+  out.lines = {RecordingLine(job.dataset, source), CameraLine(config), MountLine(config),
+               MapLine(config), TruthLine(origin, out.truth, source.stamps_ns())};
+  return out;
+}
+
+std::vector<InputFile> InputFilesOf(const EstimateJob& job) {
+  std::vector<InputFile> out;
+  for (const auto& [flag, path] :
+       {std::pair("--dataset", job.dataset), std::pair("--config", job.config.config),
+        std::pair("--camera_file", job.config.camera_file), std::pair("--map", job.config.map.path),
+        std::pair("--ground_truth", job.ground_truth)}) {
+    if (path.empty() || IsCamera(path)) continue;
+    const std::vector<InputFile> files = DigestInput(flag, path);
+    out.insert(out.end(), files.begin(), files.end());
+  }
+  return out;
+}
+
+Status CheckMapIsGiven(const EstimateJob& job, const Config& config) {
+  if (job.config.camera_file.empty() || !config.origins.map_is_assumed) return Ok();
+  return Error{job.config.camera_file +
+               ": a camera of your own needs a map: expected --map, or --config with a tag_map"};
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,58 @@
+#include "apps/estimate/sources.h"
+
+#include <iostream>
+
+#include "estimator/jobs/overlay_recording.h"
+#include "estimator/live/live_feed.h"
+#include "estimator/online/recording_options.h"
+
+namespace tagtwist {
+
+DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
+  DataSourceOptions options{job.run.use_detections, job.read_images, {}, {}};
+  if (!job.map_unknown_tags) {
+    options = RecordingOptions(config, job.run.use_detections, job.read_images);
+  }
+  options.topic = job.topic;
+  if (job.ground_truth.empty()) options.truth_topic = job.truth_topic;
+  return options;
+}
+
+std::ostream& Messages(const EstimateJob& job) { return job.stream == "-" ? std::cerr : std::cout; }
+
+Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config) {
+  return IsCamera(job.dataset)
+             ? OpenCameraSource(job.dataset, config.set_up.rig.front().camera, SteadyNowNs)
+             : OpenDataSource(job.dataset, SourceOptions(job, config));
+}
+
+namespace {
+
+OverlayOptions OverlayOptionsOf(const EstimateJob& job) {
+  return {job.overlay, job.run.use_detections, job.run.threads};
+}
+
+// The recording once more, for its images.
+Result<std::unique_ptr<DataSource>> OpenForOverlay(const EstimateJob& job, const Config& config) {
+  DataSourceOptions options = SourceOptions(job, config);
+  options.read_images = true;
+  return OpenDataSource(job.dataset, options);
+}
+
+}  // namespace
+
+Status CheckOverlayOf(const EstimateJob& job, const Config& config) {
+  auto source = OpenForOverlay(job, config);
+  if (!source) return source.error();
+  return CheckOverlay(job.dataset, OverlayOptionsOf(job), source->get());
+}
+
+Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estimate& estimate) {
+  auto source = OpenForOverlay(job, config);
+  if (!source) return source.error();
+  const auto written = WriteOverlay(OverlayOptionsOf(job), config, estimate, source->get());
+  if (written) Messages(job) << "overlay: " << job.overlay << "\n";
+  return written;
+}
+
+}  // namespace tagtwist

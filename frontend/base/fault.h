@@ -1,0 +1,12 @@
+#pragma once
+#include <string>
+
+namespace tagtwist {
+
+/// A mistake that a person made in setting up a run, as the run itself tells of it.
+struct Fault {
+  std::string fact;    // a sentence
+  std::string advice;  // a sentence
+};
+
+}  // namespace tagtwist

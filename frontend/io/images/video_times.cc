@@ -1,0 +1,158 @@
+#include "frontend/io/images/video_times.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/display.h>
+#include <libavutil/log.h>
+}
+
+namespace tagtwist {
+namespace {
+
+struct CloseInput {
+  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
+};
+struct FreeDecoder {
+  void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+};
+struct FreePacket {
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+using Input = std::unique_ptr<AVFormatContext, CloseInput>;
+using Decoder = std::unique_ptr<AVCodecContext, FreeDecoder>;
+
+double ToHz(const AVRational& rate) { return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0; }
+
+Input OpenInput(const std::string& path) {
+  av_log_set_level(AV_LOG_QUIET);
+  AVFormatContext* context = nullptr;
+  if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return {};
+  Input input(context);
+  if (avformat_find_stream_info(context, nullptr) < 0) return {};
+  return input;
+}
+
+Decoder OpenDecoder(const AVStream& stream) {
+  const AVCodec* codec = avcodec_find_decoder(stream.codecpar->codec_id);
+  if (codec == nullptr) return {};
+  Decoder decoder(avcodec_alloc_context3(codec));
+  if (!decoder || avcodec_parameters_to_context(decoder.get(), stream.codecpar) < 0) return {};
+  decoder->pkt_timebase = stream.time_base;
+  decoder->thread_count = 0;  // as many as there are cores
+  if (avcodec_open2(decoder.get(), codec, nullptr) < 0) return {};
+  return decoder;
+}
+
+// The display matrix tells a turn against the clock.
+int TurnOf(const AVStream& stream) {
+  const uint8_t* matrix = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+  if (matrix == nullptr) return 0;
+  const double turn_deg = av_display_rotation_get(reinterpret_cast<const int32_t*>(matrix));
+  if (!std::isfinite(turn_deg)) return 0;
+  const auto quarters = std::lround(-turn_deg / 90);
+  return static_cast<int>(((quarters % 4) + 4) % 4) * 90;
+}
+
+// Takes what the decoder has ready.
+void TakeFrames(AVCodecContext* decoder, const AVStream& stream, AVFrame* frame, VideoTimes* out) {
+  const int64_t start = stream.start_time == AV_NOPTS_VALUE ? 0 : stream.start_time;
+  while (avcodec_receive_frame(decoder, frame) >= 0) {
+    const int64_t time = frame->best_effort_timestamp;
+    if (time == AV_NOPTS_VALUE) {
+      out->stamps_ns.emplace_back();
+    } else {
+      out->stamps_ns.emplace_back(
+          av_rescale_q(time - start, stream.time_base, AVRational{1, 1'000'000'000}));
+    }
+    av_frame_unref(frame);
+  }
+}
+
+int64_t MedianInterval(const std::vector<std::optional<int64_t>>& stamps_ns) {
+  std::vector<int64_t> intervals;
+  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+    if (stamps_ns[i] && stamps_ns[i - 1] && *stamps_ns[i] > *stamps_ns[i - 1]) {
+      intervals.push_back(*stamps_ns[i] - *stamps_ns[i - 1]);
+    }
+  }
+  if (intervals.empty()) return 0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+RepairedStamps StampsByRate(size_t frames, double rate_hz) {
+  RepairedStamps out;
+  out.by_rate = true;
+  out.kept.assign(frames, true);
+  for (size_t i = 0; i < frames; ++i) {
+    out.stamps_ns.push_back(std::llround(1e9 * static_cast<double>(i) / rate_hz));
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<VideoTimes> ReadVideoTimes(const std::string& path) {
+  const Error no_video{path + ": no video that FFmpeg can read"};
+  const Input input = OpenInput(path);
+  if (!input) return no_video;
+  const int index = av_find_best_stream(input.get(), AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  if (index < 0) return no_video;
+  const AVStream& stream = *input->streams[index];
+  const Decoder decoder = OpenDecoder(stream);
+  if (!decoder) return no_video;
+  VideoTimes out;
+  out.rate_hz = ToHz(stream.avg_frame_rate);
+  if (out.rate_hz == 0) out.rate_hz = ToHz(stream.r_frame_rate);
+  if (input->duration > 0) out.duration_s = static_cast<double>(input->duration) / AV_TIME_BASE;
+  out.announced_frames = stream.nb_frames;
+  out.turn_clockwise_deg = TurnOf(stream);
+  const std::unique_ptr<AVFrame, FreeFrame> frame(av_frame_alloc());
+  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
+  while (av_read_frame(input.get(), packet.get()) >= 0) {
+    if (packet->stream_index == index) {
+      avcodec_send_packet(decoder.get(), packet.get());
+      TakeFrames(decoder.get(), stream, frame.get(), &out);
+    }
+    av_packet_unref(packet.get());
+  }
+  avcodec_send_packet(decoder.get(), nullptr);
+  TakeFrames(decoder.get(), stream, frame.get(), &out);
+  return out;
+}
+
+Result<RepairedStamps> RepairStamps(const VideoTimes& times) {
+  const auto& given = times.stamps_ns;
+  const bool any = std::any_of(given.begin(), given.end(), [](const auto& t) { return t; });
+  if (!any) {
+    if (!(times.rate_hz > 0)) return Error{"a video with neither times nor a frame rate"};
+    return StampsByRate(given.size(), times.rate_hz);
+  }
+  int64_t interval_ns = MedianInterval(given);
+  if (interval_ns == 0) {
+    if (!(times.rate_hz > 0)) return Error{"a video with neither times nor a frame rate"};
+    interval_ns = std::llround(1e9 / times.rate_hz);
+  }
+  RepairedStamps out;
+  for (const std::optional<int64_t>& stamp_ns : given) {
+    const bool first = out.stamps_ns.empty();
+    const int64_t t_ns = stamp_ns ? *stamp_ns : first ? 0 : out.stamps_ns.back() + interval_ns;
+    const bool grows = first || t_ns > out.stamps_ns.back();
+    out.kept.push_back(grows);
+    out.invented += grows && !stamp_ns ? 1 : 0;
+    out.dropped += grows ? 0 : 1;
+    if (grows) out.stamps_ns.push_back(t_ns);
+  }
+  return out;
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,27 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frontend/base/result.h"
+#include "frontend/io/setup/yaml_reader.h"
+#include "frontend/types/camera.h"
+#include "frontend/types/pose.h"
+
+namespace tagtwist {
+
+/// What a calibration file says of one camera.
+struct CameraFile {
+  Camera camera;
+  double line_time_s = 0;             // of a rolling shutter; only tagtwist's own files tell it
+  std::optional<Pose> cam_from_body;  // the body is the IMU
+  std::string mount_key;              // the member that the mount is from: "T_cam_imu"
+  std::vector<std::string> notes;     // transforms and offsets that are not used: a line each
+};
+
+/// A camera as ORB-SLAM (Camera.fx or Camera1.fx and their like), VINS (projection_parameters) and
+/// PhotonVision (cameraIntrinsics, distCoeffs, resolution) write it; nullopt: the file is of none
+/// of them.
+std::optional<Result<CameraFile>> ReadOtherCamera(const YamlValue& root);
+
+}  // namespace tagtwist
