@@ -15,9 +15,9 @@ constexpr size_t kLatest = 200;       // quads that are learned from
 constexpr size_t kLeastToLearn = 20;  // fewer tell no deviation
 constexpr double kUsualSigmaPx = 1;
 constexpr double kLeastSigmaPx = 0.1;
-constexpr double kSigmas = 6;
+constexpr double kSigmas = 8;
 // Of the side: what lens, bent paper and motion within an image do to a square.
-constexpr double kShapeOfSide = 0.02;
+constexpr double kShapeOfSide = 0.03;
 constexpr double kMedianOfRayleigh = 1.1774;
 // The approximation is within that factor of the distance where that matters.
 constexpr double kSurelyNear = 0.4;
