@@ -17,8 +17,8 @@ namespace {
 constexpr double kFade = 1.0 - 1.0 / 300;
 
 // With its standard deviations multiplied.
-StateCovariance Scaled(const StateCovariance& covariance, const StateVector& by) {
-  return by.asDiagonal() * covariance * by.asDiagonal();
+StateCovariance Scaled(const StateCovariance& p, const StateVector& by) {
+  return by.asDiagonal() * p * by.asDiagonal();
 }
 
 }  // namespace
@@ -44,11 +44,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   FrameStarts starts = StartFrame(setup_, noise_, measurement, last, predicted);
   if (other_place_.Add(starts.excluded, measurement)) {
     out.lagged = EstimatesOfAll();
-    Forget(seen_.size());
-    hypotheses_.clear();
-    power_.Break();
-    mirror_is_open_ = true;
-    mirror_cost_of_left_ = 0;
+    Break();
     starts = StartFrame(setup_, noise_, measurement, nullptr, std::nullopt);
   }
   if (starts.starts.empty()) {
@@ -59,7 +55,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   }
   AddFrame(measurement, starts);
   seen_.back().tags = given.tags;
-  if (const auto solved = SolveAll(time_up); !solved) return solved.error();
+  if (!SolveAll(time_up) && !StartAnew(measurement, given.tags, time_up, &out)) return out;
   const bool hurried = measurement.cut_short || IsUp(time_up);
   CompareWithMirroredPoses();
   const int newest = static_cast<int>(seen_.size()) - 1;
@@ -70,6 +66,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   if (out.current.status != FrameStatus::kNoFix) {
     out.reprojection_px = ReprojectionErrors(setup_, hypotheses_[0].input.frames.back());
   }
+  told_.push_back(out.current);
   if (newest + 1 == setup_.options.window_frames) {
     out.lagged.push_back(EstimateOf(0));
     LetTheOldestLeave();
@@ -268,7 +265,9 @@ void FixedLagSmoother::Forget(size_t n_frames) {
                       setup_.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
     if (!frame.tags.empty()) last_tag_ns_ = frame.t_ns;
   }
-  seen_.erase(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(n_frames));
+  const auto n = static_cast<std::ptrdiff_t>(n_frames);
+  seen_.erase(seen_.begin(), seen_.begin() + n);
+  told_.erase(told_.begin(), told_.begin() + n);
   first_frame_ += static_cast<int>(n_frames);
   segmenter_.DropBefore(first_frame_);
 }
@@ -276,6 +275,7 @@ void FixedLagSmoother::Forget(size_t n_frames) {
 std::vector<std::string> FixedLagSmoother::Warnings() const {
   std::vector<std::string> out = audit_.Warnings();
   if (const auto of_tracks = segmenter_.tally().Warning()) out.push_back(*of_tracks);
+  if (const auto of_breaks = RestartWarning()) out.push_back(*of_breaks);
   return out;
 }
 

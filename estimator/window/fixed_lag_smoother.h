@@ -29,8 +29,9 @@ class FixedLagSmoother {
  public:
   explicit FixedLagSmoother(EstimatorSetup setup);
 
-  /// Stamps must grow. After an error, when the problem cannot be solved or what is seen cannot be
-  /// what the set-up says (SetUpCheck), no frame may follow.
+  /// Stamps must grow. After an error, when what is seen cannot be what the set-up says
+  /// (SetUpCheck), no frame may follow. Where the frames in the window have no common solution it
+  /// starts anew from the newest alone, learns its noise anew, and says so among its warnings.
   /// Where the time is up the state is what the iterations until then give, the noise is learned
   /// over several frames, and the state is kHurried.
   Result<WindowOutput> Add(const FrameMeasurements& given, const TimeUp& time_up = {});
@@ -67,6 +68,13 @@ class FixedLagSmoother {
   NoiseStatistics StatisticsOfLeaving() const;
   void LearnFromLeavingState();
   void LetTheOldestLeave();
+  /// All that the window holds is forgotten: what follows has nothing to do with it.
+  void Break();
+  /// After a failed solve: from what the newest frame's tags say, false where that is nothing. The
+  /// rows of the others are those that were told when they came.
+  bool StartAnew(const FrameMeasurements& measurement, const std::vector<TagDetection>& all_tags,
+                 const TimeUp& time_up, WindowOutput* out);
+  std::optional<std::string> RestartWarning() const;
   void Forget(size_t n_frames);
 
   EstimatorSetup setup_;
@@ -76,6 +84,7 @@ class FixedLagSmoother {
   TrackSegmenter segmenter_;
   int first_frame_ = 0;                       // in the window, counted from the first one added
   std::vector<Seen> seen_;                    // of the frames in the window
+  std::vector<FrameEstimate> told_;           // of the same frames, when they came
   std::vector<WindowHypothesis> hypotheses_;  // the likeliest first; none before the first tag
   bool mirror_is_open_ = true;                // since the start
   double mirror_angle_rad_ = 0;               // the largest of the frames in the window
@@ -88,7 +97,8 @@ class FixedLagSmoother {
   WindowPower power_;                         // of the frames that left
   NoiseStatistics statistics_;                // of the frames that left, fading
   bool has_learned_ = false;
-  int frames_of_learning_ = 0;  // that were too short for it
+  int frames_of_learning_ = 0;        // that were too short for it
+  std::vector<int64_t> restarts_ns_;  // stamps at which it was started anew
 };
 
 }  // namespace tagtwist

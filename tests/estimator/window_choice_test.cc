@@ -176,5 +176,25 @@ TEST(WindowChoice, ASecondWithoutTagsEndsWithinItsSigmas) {
   }
 }
 
+// A chain of states that nothing sees has no solution in the end; the window starts anew behind it.
+TEST(WindowChoice, ALongStretchWithoutTagsEndsNothing) {
+  constexpr size_t kFrom = 320, kTo = 1520, kFrames = 1700;
+  Flight flight = Fly(CourseSetup().map, static_cast<int>(kFrames), 0.1, 1, Circle);
+  for (size_t i = kFrom; i < kTo; ++i) flight.measurements[i].tags.clear();
+  const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
+  ASSERT_EQ(run.current.size(), kFrames);
+  ASSERT_EQ(run.lagged.size(), kFrames);
+  for (size_t i = 0; i < kFrames; ++i) {
+    EXPECT_EQ(run.current[i].t_ns, flight.measurements[i].t_ns) << i;
+    EXPECT_EQ(run.lagged[i].t_ns, flight.measurements[i].t_ns) << i;
+  }
+  for (size_t i = kTo + 5; i < kFrames; ++i) {
+    EXPECT_EQ(run.current[i].status, FrameStatus::kOk) << i;
+    EXPECT_LT(PositionErrorM(run.current[i].state.world_from_body, flight.truth[i].world_from_body),
+              0.01)
+        << i;
+  }
+}
+
 }  // namespace
 }  // namespace tagtwist
