@@ -37,8 +37,8 @@ class SlidingWindow {
   SlidingWindow& operator=(SlidingWindow&&) noexcept;
   ~SlidingWindow();
 
-  /// Stamps must grow. After an error, when the problem cannot be solved or what is seen cannot be
-  /// what the set-up says, no frame may follow.
+  /// Stamps must grow. After an error, when what is seen cannot be what the set-up says, no frame
+  /// may follow. Where the frames have no common solution the window starts anew (Warnings).
   /// Where the time is up the state is what the iterations until then give, the noise is learned
   /// over several frames, and the state is kHurried.
   Result<WindowOutput> Add(const FrameMeasurements& measurement, const TimeUp& time_up = {});
