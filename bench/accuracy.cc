@@ -6,12 +6,12 @@
 #include <opencv2/core/utility.hpp>
 #include <optional>
 
-#include "bench/flights.h"
 #include "bench/run_bench.h"
 #include "bench/scores.h"
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/progress.h"
 #include "frontend/base/option_check.h"
+#include "tests/support/bench_flights.h"
 #include "tests/support/exact_model.h"
 
 DEFINE_int32(seeds, 5, "Runs of each simulated flight, every one with noise of its own.");

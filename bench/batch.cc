@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "bench/cpu_clock.h"
-#include "bench/flights.h"
 #include "bench/plain_ceres.h"
 #include "bench/run_bench.h"
 #include "estimator/graph/noise_model.h"
@@ -18,6 +17,7 @@
 #include "estimator/start/recording_start.h"
 #include "frontend/base/option_check.h"
 #include "frontend/base/quantile.h"
+#include "tests/support/bench_flights.h"
 
 DEFINE_double(duration, 17.65, "Seconds of the flight, 49 frames each.");
 DEFINE_double(corner_noise_px, 0.3, "Noise of the corners, standard deviation [px].");

@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "bench/flights.h"
 #include "estimator/evaluation/error_bound.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/report/findings/comparison_table.h"
 #include "frontend/base/result.h"
+#include "tests/support/bench_flights.h"
 
 namespace tagtwist {
 

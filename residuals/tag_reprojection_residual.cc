@@ -15,6 +15,7 @@ TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observati
       body_in_cam_(cam_from_body.translation()) {
   is_diagonal_ = observation.covariance.isDiagonal(0);
   whitener_ = CornerWhitener(observation.covariance);
+  is_in_pixels_ = whitener_.isIdentity(0);
 }
 
 bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,
@@ -39,6 +40,11 @@ bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double
     const Eigen::Matrix<double, 2, 3> d_pixel_d_body = d_pixel_d_cam * cam_from_body_rotation_;
     d_error.block<2, 3>(2 * i, 0) = d_pixel_d_body * Hat(corner_in_body);
     d_error.block<2, 3>(2 * i, 3) = -d_pixel_d_body * body_from_world_rotation;
+  }
+  if (is_in_pixels_) {
+    *residual = error;
+    if (jacobian != nullptr) *jacobian = d_error;
+    return true;
   }
   if (is_diagonal_) {
     *residual = whitener_.diagonal().cwiseProduct(error);

@@ -33,17 +33,19 @@ class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
 
   /// The W of above, upper triangular.
   const Eigen::Matrix<double, 8, 8>& whitener() const { return whitener_; }
+  /// Whether W is the identity: the residual is in pixels.
+  bool is_in_pixels() const { return is_in_pixels_; }
   /// log det of the inverse covariance of the pixels.
   double LogDetInformation() const { return 2 * whitener_.diagonal().array().log().sum(); }
 
  private:
   std::array<Eigen::Vector3d, 4> corners_in_world_;
   std::array<Eigen::Vector2d, 4> pixels_;
-  Eigen::Matrix<double, 8, 8> whitener_;
-  bool is_diagonal_ = false;  // as where the corners have no covariance of their own
+  bool is_in_pixels_ = false, is_diagonal_ = false;  // W, where corners have no own covariance
   Camera camera_;
   Eigen::Matrix3d cam_from_body_rotation_;
   Eigen::Vector3d body_in_cam_;
+  Eigen::Matrix<double, 8, 8> whitener_;  // last: in pixels nobody reads it
 };
 
 }  // namespace tagtwist

@@ -132,7 +132,7 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
                                                             const std::vector<int>& state_of_frame,
                                                             GraphInput* input,
                                                             NoiseModel* noise) const {
-  const SolveOptions options{setup_.options.max_iterations};
+  const SolveOptions options{setup_.options.max_iterations, 0};
   auto solution = SolveAndLearn(setup_, options, input, noise);
   if (!solution) return solution;
   std::vector<const std::vector<TagDetection>*> seen;  // in each state

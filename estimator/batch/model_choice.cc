@@ -38,10 +38,15 @@ std::vector<GraphFrame> WithTags(const std::vector<GraphFrame>& frames) {
 std::vector<GraphFrame> Take(const Sample& sample, const std::vector<GraphFrame>& frames) {
   if (frames.size() <= sample.size()) return frames;
   std::vector<GraphFrame> out;
+  size_t end = 0;
   for (size_t i = 0; i < sample.stretches; ++i) {
-    const size_t first =
+    const size_t spread =
         (frames.size() - sample.frames_each) * (2 * i + 1) / (2 * sample.stretches);
-    for (size_t k = first; k < first + sample.frames_each; ++k) out.push_back(frames[k]);
+    // No frame twice, and room for the stretches that follow.
+    const size_t latest = frames.size() - (sample.stretches - i) * sample.frames_each;
+    const size_t first = std::max(end, std::min(spread, latest));
+    end = first + sample.frames_each;
+    for (size_t k = first; k < end; ++k) out.push_back(frames[k]);
   }
   return out;
 }

@@ -30,6 +30,15 @@ struct EnumNames<ClockChoice> {
        {ClockChoice::kSteady, "steady"}}};
 };
 
+/// What solves the graphs. kAuto: by itself each what suits it, bands and chains where there are no
+/// tracked points; kCeres: Ceres all of them, which is slower and ends at the same states.
+enum class Solver { kAuto, kCeres };
+template <>
+struct EnumNames<Solver> {
+  static constexpr std::array<std::pair<Solver, const char*>, 2> kAll = {
+      {{Solver::kAuto, "auto"}, {Solver::kCeres, "ceres"}}};
+};
+
 /// What the factor graph is built with. A noise parameter that is not given is learned from the
 /// data. Field names are the YAML keys of the section `estimator`.
 struct EstimatorOptions {
@@ -41,6 +50,7 @@ struct EstimatorOptions {
   std::optional<double> angular_jerk_psd;   // [(rad/s^3)^2/Hz], > 0
   MotionPriorChoice motion_prior = MotionPriorChoice::kAuto;
   ClockChoice clock = ClockChoice::kAuto;
+  Solver solver = Solver::kAuto;
   bool use_tracks = true;         // KLT tracks enter the graph
   int max_tracks_per_frame = 40;  // in the graph, >= 0
   int track_segment_frames = 6;   // a track enters in pieces of at most this many frames, >= 2
@@ -61,6 +71,7 @@ struct EstimatorOptions {
     visit("angular_jerk_psd", self.angular_jerk_psd);
     visit("motion_prior", self.motion_prior);
     visit("clock", self.clock);
+    visit("solver", self.solver);
     visit("use_tracks", self.use_tracks);
     visit("max_tracks_per_frame", self.max_tracks_per_frame);
     visit("track_segment_frames", self.track_segment_frames);

@@ -1,5 +1,7 @@
 #include "estimator/graph/graph.h"
 
+#include <cmath>
+
 namespace tagtwist {
 
 GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration) {
@@ -34,6 +36,29 @@ GraphStep Difference(const GraphState& state, const GraphState& reference) {
   GraphStep out;
   out << Difference(state.pose, reference.pose), state.rates - reference.rates;
   return out;
+}
+
+std::vector<GraphState> Retract(const std::vector<GraphState>& states,
+                                const Eigen::VectorXd& step) {
+  std::vector<GraphState> out;
+  out.reserve(states.size());
+  for (const GraphState& state : states) {
+    out.push_back(Retract(state, step.segment<18>(18 * static_cast<Eigen::Index>(out.size()))));
+  }
+  return out;
+}
+
+Eigen::VectorXd Difference(const std::vector<GraphState>& states,
+                           const std::vector<GraphState>& references) {
+  Eigen::VectorXd out(18 * static_cast<Eigen::Index>(references.size()));
+  for (size_t k = 0; k < references.size(); ++k) {
+    out.segment<18>(18 * static_cast<Eigen::Index>(k)) = Difference(states[k], references[k]);
+  }
+  return out;
+}
+
+double Factor::LogDetInformation() const {
+  return own_log_det + cost->num_residuals() * std::log(information);
 }
 
 const double* Graph::Parameters(const BlockRef& block) const {

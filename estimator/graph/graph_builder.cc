@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "estimator/graph/noise_model.h"
+#include "frontend/base/check.h"
 #include "frontend/base/robust.h"
 #include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
@@ -45,30 +48,56 @@ Factor FirstRatesPrior(const NoiseModel& noise) {
   return factor;
 }
 
-void AddTags(const EstimatorSetup& setup, double sigma_px, const GraphInput& input, Graph* graph) {
-  TagObservation observation;
-  for (size_t i = 0; i < input.frames.size(); ++i) {
-    const auto& tags = input.frames[i].tags;
-    for (size_t k = 0; k < tags.size(); ++k) {
-      observation.corners_in_world = setup.map.CornersInWorld(tags[k].id);
-      observation.pixels = tags[k].corners;
-      observation.covariance = CornerCovariance(setup, tags[k], sigma_px);
-      Factor factor;
-      factor.kind = FactorKind::kTag;
-      factor.blocks = {PoseOf(static_cast<int>(i))};
-      factor.huber_delta = TagHuberDelta(setup);
-      factor.source = static_cast<int>(k);
-      factor.cost =
-          std::make_shared<TagReprojectionResidual>(observation, setup.camera, setup.cam_from_body);
-      graph->factors.push_back(std::move(factor));
-    }
-  }
+bool HasOwnCovariance(const EstimatorSetup& setup, const TagDetection& tag) {
+  return tag.covariance && !setup.options.corner_sigma_px;
 }
 
-void AddMotion(const NoiseModel& noise, Graph* graph) {
-  for (size_t i = 0; i + 1 < graph->states.size(); ++i) {
-    graph->factors.push_back(MotionFactor(*graph, static_cast<int>(i), noise));
+// The corners' noise into a tag's factor: into its cost where its corners have a covariance of
+// their own, else as the information of a cost in pixels.
+void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetection& tag,
+                    Factor* factor) {
+  const bool own = HasOwnCovariance(setup, tag);
+  if (own || !factor->cost) {
+    TagObservation observation;
+    observation.corners_in_world = setup.map.CornersInWorld(tag.id);
+    observation.pixels = tag.corners;
+    observation.covariance = CornerCovariance(setup, tag, own ? sigma_px : 1);
+    const auto cost =
+        std::make_shared<TagReprojectionResidual>(observation, setup.camera, setup.cam_from_body);
+    factor->own_log_det = cost->LogDetInformation();
+    factor->cost = cost;
   }
+  factor->information = own ? 1 : 1 / (sigma_px * sigma_px);
+}
+
+void SetMotionNoise(const Graph& graph, const NoiseModel& noise, Factor* factor) {
+  const int64_t from_ns = graph.states[static_cast<size_t>(factor->blocks.front().index)].t_ns,
+                to_ns = graph.states[static_cast<size_t>(factor->blocks.back().index)].t_ns;
+  TAGTWIST_CHECK(to_ns > from_ns, "a graph's stamps grow, but " + std::to_string(to_ns) +
+                                      " ns comes after " + std::to_string(from_ns) + " ns");
+  const auto cost =
+      std::make_shared<MotionResidual>(ToSeconds(to_ns - from_ns), noise.linear, noise.angular);
+  factor->own_log_det = cost->LogDetInformation();
+  factor->cost = cost;
+}
+
+Factor TagFactor(const EstimatorSetup& setup, double sigma_px, const GraphFrame& frame, int state,
+                 int tag) {
+  Factor factor;
+  factor.kind = FactorKind::kTag;
+  factor.blocks = {PoseOf(state)};
+  factor.huber_delta = HuberDelta(setup.options.robust_scale, 8);
+  factor.source = tag;
+  SetCornerNoise(setup, sigma_px, frame.tags[static_cast<size_t>(tag)], &factor);
+  return factor;
+}
+
+Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise) {
+  Factor factor;
+  factor.kind = FactorKind::kMotion;
+  factor.blocks = {PoseOf(k), RatesOf(k), PoseOf(k + 1), RatesOf(k + 1)};
+  SetMotionNoise(graph, noise, &factor);
+  return factor;
 }
 
 // The plane of the map that a pixel shows; the only one is not asked.
@@ -104,16 +133,18 @@ std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const
   return point;
 }
 
+bool IsWithin(const GraphInput& input, const TrackSegment& segment) {
+  const int end_frame = input.first_frame + static_cast<int>(input.frames.size());
+  return segment.pixels.size() > 1 && segment.first_frame >= input.first_frame &&
+         segment.last_frame() < end_frame;
+}
+
 void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& input,
                Graph* graph) {
   if (!setup.options.use_tracks) return;
-  const int end_frame = input.first_frame + static_cast<int>(input.frames.size());
   for (size_t s = 0; s < input.segments.size(); ++s) {
     const TrackSegment& segment = input.segments[s];
-    if (segment.pixels.size() < 2 || segment.first_frame < input.first_frame ||
-        segment.last_frame() >= end_frame) {
-      continue;
-    }
+    if (!IsWithin(input, segment)) continue;
     const int first = segment.first_frame - input.first_frame;
     const TrackPlane* plane =
         PlaneSeenAt(setup, graph->states[static_cast<size_t>(first)].pose, segment.pixels.front());
@@ -145,41 +176,65 @@ bool CanBeEvaluated(const Graph& graph, const Factor& factor) {
 
 }  // namespace
 
-Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise) {
-  const GraphState &first = graph.states[static_cast<size_t>(k)],
-                   &second = graph.states[static_cast<size_t>(k) + 1];
-  Factor factor;
-  factor.kind = FactorKind::kMotion;
-  factor.blocks = {PoseOf(k), RatesOf(k), PoseOf(k + 1), RatesOf(k + 1)};
-  factor.cost = std::make_shared<MotionResidual>(ToSeconds(second.t_ns - first.t_ns), noise.linear,
-                                                 noise.angular);
-  return factor;
+std::vector<Factor> FactorsOfFrame(const EstimatorSetup& setup, const NoiseModel& noise,
+                                   const GraphFrame& frame, const Graph& graph, int state) {
+  std::vector<Factor> out;
+  for (int tag = 0; tag < static_cast<int>(frame.tags.size()); ++tag) {
+    out.push_back(TagFactor(setup, noise.corner_sigma_px, frame, state, tag));
+  }
+  if (state > 0) out.push_back(MotionFactor(graph, state - 1, noise));
+  for (Factor other : frame.others) {
+    int first = state;
+    for (BlockRef& block : other.blocks) first = std::min(first, block.index += state);
+    if (first >= 0) out.push_back(std::move(other));  // else the prior has it
+  }
+  return out;
 }
 
-Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input) {
+void SetNoise(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input,
+              const Graph& graph, Factor* factor) {
+  if (factor->kind == FactorKind::kMotion) SetMotionNoise(graph, noise, factor);
+  if (factor->kind != FactorKind::kTag) return;
+  const GraphFrame& frame = input.frames[static_cast<size_t>(factor->blocks.front().index)];
+  SetCornerNoise(setup, noise.corner_sigma_px, frame.tags[static_cast<size_t>(factor->source)],
+                 factor);
+}
+
+bool HasTracks(const EstimatorSetup& setup, const GraphInput& input) {
+  return setup.options.use_tracks &&
+         std::any_of(input.segments.begin(), input.segments.end(),
+                     [&](const TrackSegment& segment) { return IsWithin(input, segment); });
+}
+
+Graph BuildWholeGraph(const EstimatorSetup& setup, const NoiseModel& noise,
+                      const GraphInput& input) {
   Graph graph;
   for (const GraphFrame& frame : input.frames) {
     graph.states.push_back(ToGraphState(frame.t_ns, frame.state, frame.acceleration));
   }
   graph.factors.push_back(input.prior ? *input.prior : FirstRatesPrior(noise));
-  AddTags(setup, noise.corner_sigma_px, input, &graph);
-  AddMotion(noise, &graph);
+  for (size_t k = 0; k < input.frames.size(); ++k) {
+    auto of_frame = FactorsOfFrame(setup, noise, input.frames[k], graph, static_cast<int>(k));
+    std::move(of_frame.begin(), of_frame.end(), std::back_inserter(graph.factors));
+  }
   AddTracks(setup, noise.track_sigma_px, input, &graph);
-  const auto useless = [&](const Factor& factor) { return !CanBeEvaluated(graph, factor); };
-  graph.factors.erase(std::remove_if(graph.factors.begin(), graph.factors.end(), useless),
-                      graph.factors.end());
   return graph;
 }
 
-double TagHuberDelta(const EstimatorSetup& setup) {
-  return HuberDelta(setup.options.robust_scale, 8);
+Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input) {
+  Graph graph = BuildWholeGraph(setup, noise, input);
+  const auto useless = [&](const Factor& factor) { return !CanBeEvaluated(graph, factor); };
+  const auto kept = std::remove_if(graph.factors.begin(), graph.factors.end(), useless);
+  graph.n_left_out = static_cast<int>(graph.factors.end() - kept);
+  graph.factors.erase(kept, graph.factors.end());
+  return graph;
 }
 
 Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
                                              double sigma_px) {
   const Eigen::Matrix<double, 8, 8> other =
       sigma_px * sigma_px * Eigen::Matrix<double, 8, 8>::Identity();
-  return tag.covariance && !setup.options.corner_sigma_px ? *tag.covariance + other : other;
+  return HasOwnCovariance(setup, tag) ? *tag.covariance + other : other;
 }
 
 std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,

@@ -37,6 +37,9 @@ struct GraphFrame {
   BodyState state;                 // where the solve starts, and then its result
   Acceleration acceleration;       // at the start, and then its result
   std::vector<TagDetection> tags;  // accepted ones
+  /// What else was measured: factors on this frame's state, index 0 in their blocks, and on those
+  /// before it, -1, -2, ... Where one of these has left, the prior holds the factor.
+  std::vector<Factor> others;
 };
 
 /// Consecutive frames, the pieces of tracks that lie wholly in them, and what is known from before.
@@ -53,11 +56,22 @@ struct GraphInput {
 /// cannot be evaluated at the frames' states (a corner behind the camera) are left out.
 Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input);
 
-/// The motion prior between states k and k + 1.
-Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise);
+/// The same with those, for whoever goes without them only for as long as that is so.
+Graph BuildWholeGraph(const EstimatorSetup& setup, const NoiseModel& noise,
+                      const GraphInput& input);
 
-/// Huber's threshold on the norm of a tag's whitened residual.
-double TagHuberDelta(const EstimatorSetup& setup);
+/// What a frame adds to a graph that has its state: its tags, the motion that leads to it, the rest
+/// that was measured. Stamps must grow.
+std::vector<Factor> FactorsOfFrame(const EstimatorSetup& setup, const NoiseModel& noise,
+                                   const GraphFrame& frame, const Graph& graph, int state);
+
+/// Another noise into a factor of a graph that BuildGraph made of this input without tracks; the
+/// graph is left as it is but for what `factor` points to.
+void SetNoise(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input,
+              const Graph& graph, Factor* factor);
+
+/// Whether any piece of a track would enter the graph, as far as can be told without its states.
+bool HasTracks(const EstimatorSetup& setup, const GraphInput& input);
 
 /// Covariance of a detection's corners, 8x8, u1 v1 .. u4 v4 [px^2]: the detection's own covariance
 /// where it has one and the user gives no sigma, and what of the corners' errors it does not

@@ -1,9 +1,10 @@
 #include "estimator/graph/linear_system.h"
 
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "frontend/base/robust.h"
 #include "residuals/motion_residual.h"
@@ -25,29 +26,6 @@ struct PointSystem {
   std::vector<std::pair<int, Eigen::Matrix<double, 6, 2>>> pose_point;  // state, H(pose, point)
 };
 
-// Most states apart that two blocks of a factor, or two views of a point, lie.
-int Bandwidth(const Graph& graph, const std::vector<bool>& use) {
-  int bandwidth = 1;
-  std::vector<std::array<int, 2>> spans(graph.points.size(), {-1, -1});
-  for (size_t f = 0; f < graph.factors.size(); ++f) {
-    if (!use.empty() && !use[f]) continue;
-    int low = -1, high = -1;
-    for (const BlockRef& block : graph.factors[f].blocks) {
-      if (block.kind == BlockRef::Kind::kPoint) {
-        auto& span = spans[static_cast<size_t>(block.index)];
-        span[0] = span[0] < 0 ? low : std::min(span[0], low);
-        span[1] = std::max(span[1], high);
-        low = span[0], high = span[1];
-        continue;
-      }
-      low = low < 0 ? block.index : std::min(low, block.index);
-      high = std::max(high, block.index);
-    }
-    bandwidth = std::max(bandwidth, high - low);
-  }
-  return bandwidth;
-}
-
 void AddTag(int state, const LinearFactor& linear, LinearSystem* system) {
   const Eigen::Map<const Eigen::Matrix<double, 8, 6>> jacobian(linear.jacobian.data());
   const Eigen::Map<const Eigen::Matrix<double, 8, 1>> residual(linear.residual.data());
@@ -56,11 +34,8 @@ void AddTag(int state, const LinearFactor& linear, LinearSystem* system) {
   system->gradient.segment<6>(kBlockSize * state) += jacobian.transpose().lazyProduct(residual);
 }
 
+// Of any kind.
 void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
-  if (factor.kind == FactorKind::kTag) return AddTag(factor.blocks[0].index, linear, system);
-  if (factor.kind == FactorKind::kMotion) {
-    return AddMotion(factor.blocks[0].index, linear.residual, linear.jacobian, system);
-  }
   int column_a = 0;
   for (const BlockRef& a : factor.blocks) {
     const int size_a = TangentSize(a.kind);
@@ -92,10 +67,22 @@ void AddPoint(const Factor& factor, const LinearFactor& linear, PointSystem* poi
   point->pose_point.emplace_back(factor.blocks[0].index, d_pose.transpose() * d_point);
 }
 
+// Inverse of a positive semidefinite matrix where it has information, else zero: a direction that
+// no view shows ties the point to no pose either.
+Eigen::Matrix2d PseudoInverse(const Eigen::Matrix2d& matrix) {
+  constexpr double kRounding = 1e-14;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(matrix);
+  Eigen::Vector2d inverse = Eigen::Vector2d::Zero();
+  for (int i = 0; i < 2; ++i) {
+    const double value = eigen.eigenvalues()[i];
+    if (value > kRounding * eigen.eigenvalues()[1]) inverse[i] = 1 / value;
+  }
+  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
 void EliminatePoint(const PointSystem& point, LinearSystem* system) {
   if (point.pose_point.empty()) return;
-  const Eigen::Matrix2d inverse = point.hessian.inverse();
-  if (!inverse.allFinite()) return;
+  const Eigen::Matrix2d inverse = PseudoInverse(point.hessian);
   for (const auto& [a, pose_point_a] : point.pose_point) {
     const Eigen::Matrix<double, 6, 2> gain = pose_point_a * inverse;
     system->gradient.segment<6>(kBlockSize * a).noalias() -= gain * point.gradient;
@@ -187,10 +174,11 @@ bool LinearizeFactor(const Graph& graph, const Factor& factor, LinearFactor* out
   } else if (!LinearizeAny(graph, factor, out)) {
     return false;
   }
-  out->weight = Huber(out->residual.squaredNorm(), factor.huber_delta).weight;
-  if (out->weight < 1) {
-    out->residual *= std::sqrt(out->weight);
-    out->jacobian *= std::sqrt(out->weight);
+  out->weight = Huber(factor.information * out->residual.squaredNorm(), factor.huber_delta).weight;
+  const double scale = std::sqrt(factor.information * out->weight);
+  if (scale != 1) {
+    out->residual *= scale;
+    out->jacobian *= scale;
   }
   return true;
 }
@@ -199,12 +187,15 @@ double RobustCost(const Factor& factor, const LinearFactor& linear) {
   return Huber(linear.residual.squaredNorm() / linear.weight, factor.huber_delta).cost;
 }
 
-void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,
-               const Eigen::Matrix<double, 18, 36>& jacobian, LinearSystem* system) {
-  // Zeros are left out.
+namespace {
+
+// Of the motion from a state to the next. Zeros are left out.
+void AddMotion(int state, const LinearFactor& linear, LinearSystem* system) {
   using Matrix9 = Eigen::Matrix<double, 9, 9>;
+  const Eigen::Map<const Eigen::Matrix<double, 18, 36>> jacobian(linear.jacobian.data());
+  const Eigen::Map<const Eigen::Matrix<double, 18, 1>> residuals(linear.residual.data());
   for (const MotionResidual::Part& part : {MotionResidual::kAngular, MotionResidual::kLinear}) {
-    const Eigen::Matrix<double, 9, 1> residual = whole_residual.segment<9>(part.first_row);
+    const Eigen::Matrix<double, 9, 1> residual = residuals.segment<9>(part.first_row);
     std::array<Matrix9, 2> j;
     for (int i = 0; i < 3; ++i) {
       const int column = part.columns[static_cast<size_t>(i)];
@@ -231,10 +222,48 @@ void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& whole_residual,
   }
 }
 
-LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
-  const int size = static_cast<int>(graph.states.size());
-  LinearSystem system{BlockBandedMatrix(size, std::min(size - 1, Bandwidth(graph, use))),
-                      Eigen::VectorXd::Zero(kBlockSize * size), 0, true};
+}  // namespace
+
+void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
+  if (factor.kind == FactorKind::kTag) {
+    AddTag(factor.blocks[0].index, linear, system);
+  } else if (factor.kind == FactorKind::kMotion) {
+    AddMotion(factor.blocks[0].index, linear, system);
+  } else {
+    AddStateBlocks(factor, linear, system);
+  }
+}
+
+int Bandwidth(const Graph& graph, const std::vector<bool>& use) {
+  int bandwidth = 1;
+  std::vector<std::array<int, 2>> spans(graph.points.size(), {-1, -1});
+  for (size_t f = 0; f < graph.factors.size(); ++f) {
+    if (!use.empty() && !use[f]) continue;
+    int low = -1, high = -1;
+    for (const BlockRef& block : graph.factors[f].blocks) {
+      if (block.kind == BlockRef::Kind::kPoint) {
+        auto& span = spans[static_cast<size_t>(block.index)];
+        span[0] = span[0] < 0 ? low : std::min(span[0], low);
+        span[1] = std::max(span[1], high);
+        low = span[0], high = span[1];
+        continue;
+      }
+      low = low < 0 ? block.index : std::min(low, block.index);
+      high = std::max(high, block.index);
+    }
+    bandwidth = std::max(bandwidth, high - low);
+  }
+  return bandwidth;
+}
+
+LinearSystem ZeroSystem(int size, int bandwidth, BlockBandedMatrix memory) {
+  memory.SetZero(size, std::min(size - 1, bandwidth));
+  return {std::move(memory), Eigen::VectorXd::Zero(kBlockSize * size), 0, true};
+}
+
+LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use, BlockBandedMatrix memory) {
+  LinearSystem system =
+      ZeroSystem(static_cast<int>(graph.states.size()), Bandwidth(graph, use), std::move(memory));
   std::vector<PointSystem> points(graph.points.size());
   LinearFactor linear;
   for (size_t f = 0; f < graph.factors.size(); ++f) {
@@ -245,7 +274,7 @@ LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use) {
       continue;
     }
     system.cost += RobustCost(factor, linear);
-    AddStateBlocks(factor, linear, &system);
+    AddFactor(factor, linear, &system);
     if (factor.blocks.back().kind == BlockRef::Kind::kPoint) {
       AddPoint(factor, linear, &points[static_cast<size_t>(factor.blocks.back().index)]);
     }

@@ -28,17 +28,26 @@ int TangentSize(BlockRef::Kind kind);
 /// Normal equations H d = -gradient over the error states of
 /// all states (see GraphState), the points eliminated by their Schur complement.
 struct LinearSystem {
-  BlockBandedMatrix hessian{0, 0};
+  BlockBandedMatrix hessian;
   Eigen::VectorXd gradient;
   double cost = 0;       // half the sum of squares, robust
   bool is_whole = true;  // no factor had to be left out because it cannot be evaluated here
 };
 
-/// Adds a motion prior between this state and the next, linearised as MotionResidual does.
-void AddMotion(int state, const Eigen::Matrix<double, 18, 1>& residual,
-               const Eigen::Matrix<double, 18, 36>& jacobian, LinearSystem* system);
+/// Most states apart that two blocks of a factor, or two views of a point, lie; at least 1. Of
+/// those factors whose entry in `use` is true (all when empty).
+int Bandwidth(const Graph& graph, const std::vector<bool>& use = {});
+
+/// One of so many states, nothing known of them yet. `memory`, a matrix that is no longer needed,
+/// becomes its Hessian: the matrix is large.
+LinearSystem ZeroSystem(int size, int bandwidth, BlockBandedMatrix memory = {});
+
+/// Adds a linearised factor, but for its cost: by the blocks of states that it touches, which must
+/// lie within the band.
+void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* system);
 
 /// Normal equations of those factors whose entry in `use` is true (all when empty).
-LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use = {});
+LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use = {},
+                       BlockBandedMatrix memory = {});
 
 }  // namespace tagtwist

@@ -36,15 +36,12 @@ int Row(const BlockRef& block) {
 }
 
 // Normal equations of the remaining blocks after the Schur complement over state 0.
-struct Marginal {
-  Eigen::MatrixXd hessian;
-  Eigen::VectorXd gradient;
-};
+using Marginal = QuadraticForm<Eigen::Dynamic>;
 
 Marginal SchurComplement(const LinearSystem& system, const std::vector<BlockRef>& blocks) {
   Eigen::Index size = 0;
   for (const BlockRef& block : blocks) size += TangentSize(block.kind);
-  Marginal m{Eigen::MatrixXd(size, size), Eigen::VectorXd(size)};
+  Marginal m{{}, Eigen::MatrixXd(size, size), Eigen::VectorXd(size), 0};
   Eigen::MatrixXd cross(kBlockSize, size);  // H(state 0, blocks)
   const auto block_at = [&](const BlockRef& a, const BlockRef& b) -> Eigen::MatrixXd {
     const int rows = TangentSize(a.kind), columns = TangentSize(b.kind);
@@ -122,12 +119,41 @@ std::vector<bool> UsedByMarginalisation(const Graph& graph) {
   return use;
 }
 
-Factor GaussianPrior(const GraphState& state, const Eigen::MatrixXd& hessian,
+QuadraticForm<Eigen::Dynamic> EliminateFirst(const LinearSystem& system) {
+  const int n = system.hessian.size() - 1;
+  QuadraticForm<Eigen::Dynamic> out;
+  out.hessian.resize(kBlockSize * n, kBlockSize * n);
+  out.gradient = system.gradient.tail(kBlockSize * n);
+  const BlockBandedMatrix::Block first = system.hessian.At(0, 0).selfadjointView<Eigen::Lower>();
+  const Eigen::LLT<BlockBandedMatrix::Block> leaving(first);
+  const BlockVector by_gradient = leaving.solve(system.gradient.head<kBlockSize>());
+  for (int i = 0; i < n; ++i) {
+    const BlockBandedMatrix::Block& cross_i = system.hessian.At(i + 1, 0);
+    out.gradient.segment<kBlockSize>(kBlockSize * i) -= cross_i * by_gradient;
+    for (int j = 0; j <= i; ++j) {
+      const BlockBandedMatrix::Block gain = leaving.solve(system.hessian.At(j + 1, 0).transpose());
+      BlockBandedMatrix::Block block = system.hessian.At(i + 1, j + 1);
+      if (i == j) block = block.selfadjointView<Eigen::Lower>();
+      block.noalias() -= cross_i * gain;
+      if (i == j) block = (0.5 * (block + block.transpose())).eval();
+      out.hessian.block<kBlockSize, kBlockSize>(kBlockSize * i, kBlockSize * j) = block;
+      out.hessian.block<kBlockSize, kBlockSize>(kBlockSize * j, kBlockSize * i) = block.transpose();
+    }
+  }
+  return out;
+}
+
+Factor GaussianPrior(const std::vector<GraphState>& states, const Eigen::MatrixXd& hessian,
                      const Eigen::VectorXd& gradient) {
-  Graph graph;
-  graph.states = {state, state};
-  return MakePriorFactor(graph, {{BlockRef::Kind::kPose, 1}, {BlockRef::Kind::kRates, 1}},
-                         {hessian, gradient});
+  Graph graph;  // of the state that has left and those
+  graph.states = {states.front()};
+  graph.states.insert(graph.states.end(), states.begin(), states.end());
+  std::vector<BlockRef> blocks;
+  for (int k = 1; k <= static_cast<int>(states.size()); ++k) {
+    blocks.push_back({BlockRef::Kind::kPose, k});
+    blocks.push_back({BlockRef::Kind::kRates, k});
+  }
+  return MakePriorFactor(graph, blocks, {{}, hessian, gradient, 0});
 }
 
 std::optional<Factor> MarginalizeFirstState(const Graph& graph) {

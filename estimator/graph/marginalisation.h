@@ -1,7 +1,10 @@
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "estimator/graph/graph.h"
+#include "estimator/graph/linear_system.h"
+#include "frontend/base/quadratic_form.h"
 
 namespace tagtwist {
 
@@ -13,9 +16,13 @@ namespace tagtwist {
 /// UsedByMarginalisation.
 std::optional<Factor> MarginalizeFirstState(const Graph& graph);
 
-/// A Gaussian prior on a graph's first state with that Hessian and gradient at `state`: what
-/// MarginalizeFirstState makes of all that is known of one state.
-Factor GaussianPrior(const GraphState& state, const Eigen::MatrixXd& hessian,
+/// What normal equations whose band reaches over all states say of the others once the first is
+/// eliminated (M8), in the error states of GraphState; the cost is left out.
+QuadraticForm<Eigen::Dynamic> EliminateFirst(const LinearSystem& system);
+
+/// A Gaussian prior on a graph's first states with that Hessian and gradient at those: what
+/// MarginalizeFirstState makes of all that is known of them.
+Factor GaussianPrior(const std::vector<GraphState>& states, const Eigen::MatrixXd& hessian,
                      const Eigen::VectorXd& gradient);
 
 /// Which factors MarginalizeFirstState consumes: one flag a factor.

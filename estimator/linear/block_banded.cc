@@ -16,10 +16,12 @@ int LastRow(const BlockBandedMatrix& m, int j) { return std::min(m.size() - 1, j
 }  // namespace
 
 BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::move(matrix)) {
-  for (int j = 0; j < l_.size() && ok_; ++j) {
+  for (int j = 0; j < l_.size(); ++j) {
     const Block& l_jj = l_.At(j, j);
-    ok_ = FactorInPlace(&l_.At(j, j));
-    if (!ok_) return;
+    if (!FactorInPlace(&l_.At(j, j))) {
+      failed_at_ = j;
+      return;
+    }
     for (int i = j + 1; i <= LastRow(l_, j); ++i) SolveRightTransposed(l_jj, &l_.At(i, j));
     for (int k = j + 1; k <= LastRow(l_, j); ++k) {
       SubtractSquare(l_.At(k, j), &l_.At(k, k));
@@ -46,6 +48,13 @@ Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
     part(j) = SolvedTransposed(l_.At(j, j), x_j);
   }
   return x;
+}
+
+BlockBandedMatrix TakeMemory(std::optional<BlockBandedCholesky>* cholesky) {
+  BlockBandedMatrix out;
+  if (*cholesky) out = std::move((*cholesky)->l_);
+  cholesky->reset();
+  return out;
 }
 
 double BlockBandedCholesky::LogDeterminant() const {

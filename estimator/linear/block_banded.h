@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/StdVector>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,10 +18,15 @@ class BlockBandedMatrix {
   static constexpr int kSize = kBlockSize;
   using Block = tagtwist::Block;
 
-  BlockBandedMatrix(int size, int bandwidth)
-      : size_(size),
-        bandwidth_(bandwidth),
-        blocks_(static_cast<size_t>(size) * static_cast<size_t>(bandwidth + 1), Block::Zero()) {}
+  BlockBandedMatrix() = default;
+  BlockBandedMatrix(int size, int bandwidth) { SetZero(size, bandwidth); }
+
+  /// A zero matrix of that shape, in the memory of what was here.
+  void SetZero(int size, int bandwidth) {
+    size_ = size;
+    bandwidth_ = bandwidth;
+    blocks_.assign(static_cast<size_t>(size) * static_cast<size_t>(bandwidth + 1), Block::Zero());
+  }
 
   int size() const { return size_; }            // blocks a side
   int bandwidth() const { return bandwidth_; }  // blocks below the diagonal
@@ -33,7 +39,7 @@ class BlockBandedMatrix {
     return static_cast<size_t>(column) * static_cast<size_t>(bandwidth_ + 1) +
            static_cast<size_t>(row - column);
   }
-  int size_, bandwidth_;
+  int size_ = 0, bandwidth_ = 0;
   std::vector<Block, Eigen::aligned_allocator<Block>> blocks_;
 };
 
@@ -42,8 +48,11 @@ class BlockBandedCholesky {
  public:
   explicit BlockBandedCholesky(BlockBandedMatrix matrix);
 
-  /// False when the matrix was not positive definite; then nothing else may be called.
-  bool ok() const { return ok_; }
+  /// False when the matrix was not positive definite; then nothing else but failed_at may be
+  /// called.
+  bool ok() const { return failed_at_ < 0; }
+  /// The first block whose rows up to there are not positive definite; -1 where all are.
+  int failed_at() const { return failed_at_; }
   /// Solution of H x = b; b has kSize size entries.
   Eigen::VectorXd Solve(const Eigen::VectorXd& b) const;
   /// log det H.
@@ -54,10 +63,14 @@ class BlockBandedCholesky {
   BlockBandedMatrix SelectedInverse() && { return std::move(*this).Inverted(); }
 
  private:
+  friend BlockBandedMatrix TakeMemory(std::optional<BlockBandedCholesky>* cholesky);
   BlockBandedMatrix Inverted() &&;
 
   BlockBandedMatrix l_;
-  bool ok_ = true;
+  int failed_at_ = -1;
 };
+
+/// The matrix of factors that are no longer needed, of any value, to be filled anew; leaves none.
+BlockBandedMatrix TakeMemory(std::optional<BlockBandedCholesky>* cholesky);
 
 }  // namespace tagtwist

@@ -1,5 +1,7 @@
 #pragma once
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "estimator/graph/graph.h"
 #include "estimator/linear/block_banded.h"
@@ -7,22 +9,22 @@
 
 namespace tagtwist {
 
-/// Decrease of the cost, half a square of standard deviations, that is none.
-inline constexpr double kNoDecrease = 1e-14;
-
 /// What SolveBanded found.
 struct BandedSolution {
   SolveSummary summary;
   std::optional<BlockBandedCholesky> normal_equations;  // at the solution; where usable
 };
 
+/// Says of a factorisation that failed which state it failed at.
+std::string NotPositiveDefinite(const BlockBandedCholesky& cholesky,
+                                const std::vector<GraphState>& states);
+
 /// Whether SolveBanded can do it: no tracked point in the graph.
 bool IsBanded(const Graph& graph);
 
-/// What Solve does, by Gauss-Newton on the banded normal equations (`Linearize`), damped as by
-/// Levenberg and Marquardt where a step does not lower the cost: time and memory linear in the
-/// number of states. Ends when the next step is known to move nothing by more than 1e-7 of its
-/// standard deviation, or the cost by less than the tolerance says.
+/// What Solve does, by SolveLeastSquares on the banded normal equations (`Linearize`): time and
+/// memory linear in the number of states. Ends where the next step is no step (kNoDecrease), as
+/// the last two foretell, or lowers the cost by less than the tolerance says.
 BandedSolution SolveBanded(const SolveOptions& options, Graph* graph);
 
 }  // namespace tagtwist

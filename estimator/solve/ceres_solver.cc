@@ -2,6 +2,9 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <limits>
 #include <memory>
 
 #include "residuals/pose_manifold.h"
@@ -11,11 +14,14 @@ namespace {
 
 // Up to this many states a dense factorisation beats a sparse one.
 constexpr size_t kDenseStates = 8;
+// Of the cost, relative: what is left when it changes by less is next to its rounding.
+constexpr double kCeresTolerance = 1e-13;
 
 ceres::Solver::Options MakeCeresOptions(const SolveOptions& options, Graph* graph) {
   ceres::Solver::Options out;
   out.max_num_iterations = options.max_iterations;
-  out.function_tolerance = options.function_tolerance;
+  out.function_tolerance =
+      options.function_tolerance > 0 ? options.function_tolerance : kCeresTolerance;
   out.gradient_tolerance = 1e-12;
   out.parameter_tolerance = 1e-12;
   out.num_threads = 1;
@@ -40,6 +46,23 @@ ceres::Solver::Options MakeCeresOptions(const SolveOptions& options, Graph* grap
   return out;
 }
 
+// The loss of a factor, by its whitened residual: rho(information s).
+class FactorLoss final : public ceres::LossFunction {
+ public:
+  explicit FactorLoss(const Factor& factor)
+      : information_(factor.information),
+        huber_(factor.huber_delta > 0 ? factor.huber_delta : std::numeric_limits<double>::max()) {}
+  void Evaluate(double squared_norm, double out[3]) const override {
+    huber_.Evaluate(information_ * squared_norm, out);
+    out[1] *= information_;
+    out[2] *= information_ * information_;
+  }
+
+ private:
+  double information_;
+  ceres::HuberLoss huber_;
+};
+
 // Ends a solve where its time is up.
 class StopInTime : public ceres::IterationCallback {
  public:
@@ -52,6 +75,52 @@ class StopInTime : public ceres::IterationCallback {
  private:
   const TimeUp& time_up_;
 };
+
+// The step that Ceres' residuals and Jacobians say, in the tangents of its blocks one after the
+// other; false where the normal equations have none.
+bool FullStep(ceres::Problem* problem, Eigen::VectorXd* step, double* decrease) {
+  double cost = 0;
+  std::vector<double> gradient;
+  ceres::CRSMatrix j;
+  if (!problem->Evaluate({}, &cost, nullptr, &gradient, &j)) return false;
+  using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const Eigen::Map<const Rows> jacobian(j.num_rows, j.num_cols,
+                                        static_cast<Eigen::Index>(j.values.size()), j.rows.data(),
+                                        j.cols.data(), j.values.data());
+  const Eigen::SparseMatrix<double> hessian = jacobian.transpose() * jacobian;
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> llt(hessian);
+  if (llt.info() != Eigen::Success) return false;
+  const Eigen::Map<const Eigen::VectorXd> g(gradient.data(),
+                                            static_cast<Eigen::Index>(gradient.size()));
+  *step = -llt.solve(g);
+  *decrease = -0.5 * g.dot(*step);
+  return true;
+}
+
+// Takes full steps until they are none or no longer shrink; at most so many.
+void FinishByFullSteps(int most, ceres::Problem* problem) {
+  std::vector<double*> blocks;
+  problem->GetParameterBlocks(&blocks);
+  double last = std::numeric_limits<double>::max(), decrease = 0;
+  Eigen::VectorXd step, moved;
+  for (int i = 0; i < most && FullStep(problem, &step, &decrease) && decrease < last; ++i) {
+    Eigen::Index row = 0;
+    for (double* block : blocks) {
+      const Eigen::Index size = problem->ParameterBlockTangentSize(block);
+      Eigen::Map<Eigen::VectorXd> x(block, problem->ParameterBlockSize(block));
+      moved.resize(x.size());
+      if (const ceres::Manifold* manifold = problem->GetManifold(block)) {
+        manifold->Plus(block, &step[row], moved.data());
+      } else {
+        moved = x + step.segment(row, size);
+      }
+      x = moved;
+      row += size;
+    }
+    if (decrease <= kNoDecrease / 100) return;
+    last = decrease;
+  }
+}
 
 }  // namespace
 
@@ -71,8 +140,8 @@ SolveSummary Solve(const SolveOptions& options, Graph* graph) {
   for (const Factor& factor : graph->factors) {
     parameters.clear();
     for (const BlockRef& block : factor.blocks) parameters.push_back(graph->Parameters(block));
-    ceres::LossFunction* loss =
-        factor.huber_delta > 0 ? new ceres::HuberLoss(factor.huber_delta) : nullptr;
+    const bool is_plain = factor.huber_delta == 0 && factor.information == 1;
+    ceres::LossFunction* loss = is_plain ? nullptr : new FactorLoss(factor);
     problem.AddResidualBlock(factor.cost.get(), loss, parameters);
   }
   ceres::Solver::Options ceres_options = MakeCeresOptions(options, graph);
@@ -87,6 +156,10 @@ SolveSummary Solve(const SolveOptions& options, Graph* graph) {
     if (!stuck) break;
     ceres_options.initial_trust_region_radius = radius;
     ceres::Solve(ceres_options, &problem, &summary);
+  }
+  const bool has_end = summary.termination_type == ceres::CONVERGENCE;
+  if (has_end && options.function_tolerance == 0 && graph->points.empty()) {
+    FinishByFullSteps(options.max_iterations, &problem);
   }
   return {summary.IsSolutionUsable(), static_cast<int>(summary.iterations.size()),
           summary.final_cost, summary.message};

@@ -52,6 +52,19 @@ std::vector<TagRef> ContradictedTags(const Graph& graph) {
   return out;
 }
 
+std::vector<TagRef> ContradictedTags(const QuadraticChain& chain) {
+  std::vector<TagRef> out;
+  for (int k = 0; k < static_cast<int>(chain.graph().states.size()); ++k) {
+    const PoseForm& form = chain.form(k);
+    for (size_t i = 0; i < form.factors.size(); ++i) {
+      const Factor& factor = chain.graph().factors[form.factors[i]];
+      if (factor.kind != FactorKind::kTag) continue;
+      if (form.Weight(chain.graph(), i) < kContradictedWeight) out.push_back({k, factor.source});
+    }
+  }
+  return out;
+}
+
 void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames) {
   std::sort(tags.begin(), tags.end(), [](const TagRef& a, const TagRef& b) {
     return a.state != b.state ? a.state > b.state : a.tag > b.tag;  // from the back of each frame

@@ -3,6 +3,7 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
+#include "estimator/solve/quadratic_chain.h"
 
 namespace tagtwist {
 
@@ -14,6 +15,8 @@ struct TagRef {
   int state = 0, tag = 0;
 };
 std::vector<TagRef> ContradictedTags(const Graph& graph);
+/// The same of a chain, as its factors were when last linearised.
+std::vector<TagRef> ContradictedTags(const QuadraticChain& chain);
 /// Takes those tags out of their frames.
 void DropTags(std::vector<TagRef> tags, std::vector<GraphFrame>* frames);
 

@@ -58,7 +58,8 @@ std::vector<double> SquaredNormsOfTags(const Graph& graph) {
     if (factor.kind != FactorKind::kTag) continue;
     const auto& cost = static_cast<const TagReprojectionResidual&>(*factor.cost);
     const double* pose = graph.Parameters(factor.blocks.front());
-    if (cost.Linearize(pose, &residual, nullptr)) norms.push_back(residual.squaredNorm());
+    if (!cost.Linearize(pose, &residual, nullptr)) continue;
+    norms.push_back(factor.information * residual.squaredNorm());
   }
   return norms;
 }
@@ -217,7 +218,8 @@ NoiseStatistics ComputeNoiseStatistics(const Graph& graph, const BlockBandedMatr
       if (SquaredNorm(linear) > MostOfInlierTag(typical_scale)) continue;
       const double plain = 1 / std::sqrt(linear.weight);
       out.corner += TagStatistic(
-          static_cast<const TagReprojectionResidual&>(*factor.cost).whitener(),
+          std::sqrt(factor.information) *
+              static_cast<const TagReprojectionResidual&>(*factor.cost).whitener(),
           plain * linear.residual, plain * linear.jacobian,
           covariance.At(k, k).topLeftCorner<6, 6>(), noise.corner_sigma_px * noise.corner_sigma_px);
     } else if (factor.kind == FactorKind::kTrack && SquaredNorm(linear) < kInlierChi2Of2) {

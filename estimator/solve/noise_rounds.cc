@@ -4,9 +4,10 @@
 #include <utility>
 
 #include "estimator/graph/noise_model.h"
+#include "estimator/solve/chain_statistics.h"
 #include "estimator/solve/contradictions.h"
-#include "estimator/solve/frame_chain.h"
 #include "estimator/solve/noise_extrapolation.h"
+#include "estimator/solve/quadratic_chain.h"
 
 namespace tagtwist {
 namespace {
@@ -77,23 +78,29 @@ Result<Solution> LearnInGraph(const EstimatorSetup& setup, const SolveOptions& o
   return Learn(setup.options, is_open, learn, options.time_up, noise, round);
 }
 
-// SolveAndLearn by FrameChain, without factors; an error where it takes damped steps.
-Result<Solution> LearnInChain(const EstimatorSetup& setup, const SolveOptions& options,
+// SolveAndLearn by a chain of that graph, where there are no points; an error where it takes damped
+// steps.
+Result<Solution> LearnInChain(const EstimatorSetup& setup, const SolveOptions& options, Graph graph,
                               GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
-  constexpr double kNeglected = 1e-2;
-  FrameChain chain(setup, *input);
+  constexpr ChainRules kFine{0, false}, kCoarse{1e-2, false};
+  QuadraticChain chain(std::move(graph), setup.for_ranges);
   const auto round = [&](const NoiseModel& with, bool fine) -> NoiseRound {
-    auto solution =
-        fine ? chain.Solve(with, options, 0) : chain.Solve(with, Coarse(options), kNeglected);
-    if (!solution) return {Error{"no solution by full steps"}, {}, false};
-    NoiseStatistics statistics = chain.Statistics(solution->covariance);
-    return {std::move(*solution), statistics, false};
+    chain.ChangeFactors([&](const Graph& of_chain, Factor* factor) {
+      SetNoise(setup, with, *input, of_chain, factor);
+    });
+    auto solved = fine ? chain.Solve(options, kFine) : chain.Solve(Coarse(options), kCoarse);
+    if (!solved) return {solved.error(), {}, false};
+    chain.LinearizeForms();
+    const NoiseStatistics statistics =
+        ComputeNoiseStatistics(chain, solved->covariance, with, setup.for_ranges);
+    return {Solution{{}, std::move(solved->covariance), solved->log_likelihood, solved->cost},
+            statistics, false};
   };
   auto solution =
       Learn(setup.options, AnyNoiseIsOpen(setup.options), learn, options.time_up, noise, round);
   if (!solution) return solution;
+  solution->graph = std::move(chain).TakeGraph();
   TakeStates(solution->graph, &input->frames);
-  solution->graph = BuildGraph(setup, *noise, *input);
   return solution;
 }
 
@@ -101,12 +108,15 @@ Result<Solution> LearnInChain(const EstimatorSetup& setup, const SolveOptions& o
 
 Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& options,
                                GraphInput* input, NoiseModel* noise, const LearnOptions& learn) {
-  if (FrameChain::Fits(setup, *input)) {
+  if (setup.options.solver == Solver::kAuto && !HasTracks(setup, *input)) {
+    Graph graph = BuildGraph(setup, *noise, *input);
     NoiseModel learned = *noise;
-    auto solution = LearnInChain(setup, options, input, &learned, learn);
-    if (solution) {
-      *noise = learned;
-      return solution;
+    if (graph.n_left_out == 0) {
+      auto solution = LearnInChain(setup, options, std::move(graph), input, &learned, learn);
+      if (solution) {
+        *noise = learned;
+        return solution;
+      }
     }
   }
   return LearnInGraph(setup, options, input, noise, learn);

@@ -5,28 +5,19 @@
 #include "estimator/graph/linear_system.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/banded_solver.h"
-#include "residuals/motion_residual.h"
-#include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist {
 namespace {
 
-// Half of the log determinants of the inverse noise covariances that the residuals are whitened by.
 double LogDetInformation(const Graph& graph) {
   double sum = 0;
-  for (const Factor& factor : graph.factors) {
-    if (factor.kind == FactorKind::kTag) {
-      sum += static_cast<const TagReprojectionResidual&>(*factor.cost).LogDetInformation();
-    } else if (factor.kind == FactorKind::kMotion) {
-      sum += static_cast<const MotionResidual&>(*factor.cost).LogDetInformation();
-    }
-  }
+  for (const Factor& factor : graph.factors) sum += factor.LogDetInformation();
   return 0.5 * sum;
 }
 
-// By the bands where there are nothing else, else by Ceres.
-BandedSolution SolveGraph(const SolveOptions& options, Graph* graph) {
-  if (IsBanded(*graph)) return SolveBanded(options, graph);
+// By the bands where there is nothing else, by Ceres where there is or is asked for.
+BandedSolution SolveGraph(Solver solver, const SolveOptions& options, Graph* graph) {
+  if (solver == Solver::kAuto && IsBanded(*graph)) return SolveBanded(options, graph);
   BandedSolution out;
   out.summary = Solve(options, graph);
   if (out.summary.usable) out.normal_equations.emplace(Linearize(*graph).hessian);
@@ -39,12 +30,12 @@ Result<Solution> SolveAndInvert(const EstimatorSetup& setup, const NoiseModel& n
                                 const GraphInput& input, const SolveOptions& options) {
   Solution out;
   out.graph = BuildGraph(setup, noise, input);
-  BandedSolution solved = SolveGraph(options, &out.graph);
+  BandedSolution solved = SolveGraph(setup.options.solver, options, &out.graph);
   if (!solved.summary.usable) {
     return Error{"the solver found no solution: " + solved.summary.message};
   }
   BlockBandedCholesky& cholesky = *solved.normal_equations;
-  if (!cholesky.ok()) return Error{"the normal equations are not positive definite"};
+  if (!cholesky.ok()) return Error{NotPositiveDefinite(cholesky, out.graph.states)};
   out.cost = solved.summary.final_cost;
   out.log_likelihood = LogDetInformation(out.graph) - out.cost - 0.5 * cholesky.LogDeterminant();
   out.covariance = std::move(cholesky).SelectedInverse();

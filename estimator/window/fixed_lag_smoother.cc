@@ -130,7 +130,8 @@ Status FixedLagSmoother::SolveAll(const TimeUp& time_up) {
 }
 
 Status FixedLagSmoother::SolveOne(const TimeUp& time_up, WindowHypothesis* hypothesis) {
-  const bool steps = hypotheses_.size() == 1 && WindowSystem::Fits(setup_, hypothesis->input);
+  const bool steps = setup_.options.solver == Solver::kAuto && hypotheses_.size() == 1 &&
+                     !HasTracks(setup_, hypothesis->input);
   return steps ? StepHypothesis(setup_, noise_, StepOptions(time_up), hypothesis)
                : SolveHypothesis(setup_, noise_, StepOptions(time_up), hypothesis);
 }

@@ -9,9 +9,12 @@
 #include "estimator/graph/marginalisation.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/contradictions.h"
+#include "estimator/solve/noise_rounds.h"
 
 namespace tagtwist {
 namespace {
+
+constexpr double kSettledNoise = LearnOptions().settled;
 
 // Newest states within a standard deviation of one another: two minima that are none.
 bool TellTheSame(const WindowHypothesis& a, const WindowHypothesis& b) {
@@ -43,10 +46,37 @@ void MarginalizeGraph(WindowHypothesis* hypothesis) {
   hypothesis->settled_cost -= 0.5 * offset.squaredNorm();
 }
 
+// The chain as the input has become since its last solve.
+void Follow(const EstimatorSetup& setup, const NoiseModel& noise, WindowHypothesis* hypothesis) {
+  QuadraticChain& chain = hypothesis->chain;
+  const std::vector<GraphFrame>& frames = hypothesis->input.frames;
+  for (const int k : hypothesis->revised) {
+    std::vector<Factor> factors =
+        FactorsOfFrame(setup, noise, frames[static_cast<size_t>(k)], chain.graph(), k);
+    const auto kept = std::remove_if(factors.begin(), factors.end(),
+                                     [](const Factor& f) { return !f.IsOnOnePose(); });
+    factors.erase(kept, factors.end());
+    chain.ReplaceFactorsOfPose(k, std::move(factors));
+  }
+  // Motion is linearised anyway. To give all tags another noise costs more, and is left to changes
+  // that the learning of noise takes for some, too.
+  double& sigma_px = hypothesis->corner_sigma_px;
+  const bool renews_tags = std::abs(std::log(noise.corner_sigma_px / sigma_px)) > kSettledNoise;
+  if (renews_tags) sigma_px = noise.corner_sigma_px;
+  chain.ChangeFactors([&](const Graph& graph, Factor* factor) {
+    const bool is_tag = factor->kind == FactorKind::kTag;
+    if (renews_tags || !is_tag) SetNoise(setup, noise, hypothesis->input, graph, factor);
+  });
+  for (size_t k = chain.graph().states.size(); k < frames.size(); ++k) {
+    chain.AddState(ToGraphState(frames[k].t_ns, frames[k].state, frames[k].acceleration));
+    chain.AddFactors(FactorsOfFrame(setup, noise, frames[k], chain.graph(), static_cast<int>(k)));
+  }
+}
+
 }  // namespace
 
 void WindowHypothesis::TakePrior() {
-  if (is_step) input.prior = system.Prior();
+  if (is_step && chain.Prior()) input.prior = chain.Prior();
   is_step = false;
 }
 
@@ -62,12 +92,23 @@ Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
 
 Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                       const SolveOptions& options, WindowHypothesis* hypothesis) {
-  if (!hypothesis->is_step) hypothesis->system = WindowSystem();
-  auto solution = hypothesis->system.Solve(setup, noise, options, hypothesis->input);
-  if (!solution) return solution.error();
+  // A turn of a standard deviation and a thousandth shows nowhere.
+  constexpr ChainRules kRules{1e-3, true};
+  QuadraticChain& chain = hypothesis->chain;
+  if (hypothesis->is_step) {
+    Follow(setup, noise, hypothesis);
+  } else {
+    chain = QuadraticChain(BuildWholeGraph(setup, noise, hypothesis->input));
+    hypothesis->corner_sigma_px = noise.corner_sigma_px;
+  }
+  hypothesis->revised.clear();
+  auto solved = chain.Solve(options, kRules);
+  if (!solved) return solved.error();
   hypothesis->is_step = true;
-  TakeStates(solution->graph, &hypothesis->input.frames);
-  hypothesis->solution = std::move(*solution);
+  TakeStates(chain.graph(), &hypothesis->input.frames);
+  Solution& solution = hypothesis->solution;
+  solution = {{}, std::move(solved->covariance), solved->log_likelihood, solved->cost};
+  solution.graph.states = chain.graph().states;
   return Ok();
 }
 
@@ -75,22 +116,25 @@ bool DropContradicted(WindowHypothesis* hypothesis) {
   std::vector<GraphFrame>& frames = hypothesis->input.frames;
   const int newest = static_cast<int>(frames.size()) - 1;
   std::vector<TagRef> wrong;
-  if (!hypothesis->is_step) wrong = ContradictedTags(hypothesis->solution.graph);
-  for (int k = 0; hypothesis->is_step && k <= newest; ++k) {
-    for (const int tag : hypothesis->system.TagsBelow(k, kContradictedWeight)) {
-      wrong.push_back({k, tag});
-    }
+  if (hypothesis->is_step) {
+    wrong = ContradictedTags(hypothesis->chain);
+  } else {
+    wrong = ContradictedTags(hypothesis->solution.graph);
   }
   const auto n_newest = static_cast<size_t>(std::count_if(
       wrong.begin(), wrong.end(), [&](const TagRef& ref) { return ref.state == newest; }));
   if (2 * n_newest > frames.back().tags.size()) return false;
   DropTags(wrong, &frames);
+  for (const TagRef& tag : wrong) hypothesis->revised.push_back(tag.state);
+  std::sort(hypothesis->revised.begin(), hypothesis->revised.end());
+  hypothesis->revised.erase(std::unique(hypothesis->revised.begin(), hypothesis->revised.end()),
+                            hypothesis->revised.end());
   return !wrong.empty();
 }
 
 void MarginalizeOldest(WindowHypothesis* hypothesis) {
   if (hypothesis->is_step) {
-    hypothesis->system.MarginalizeFirst();
+    hypothesis->chain.MarginalizeFirst();
   } else {
     MarginalizeGraph(hypothesis);
   }

@@ -3,8 +3,8 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
+#include "estimator/solve/quadratic_chain.h"
 #include "estimator/solve/smoother.h"
-#include "estimator/solve/window_system.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist {
@@ -18,12 +18,14 @@ struct WindowHypothesis {
   GraphInput input;         // the frames, and the prior of those that left
   Solution solution;        // of the last solve
   double settled_cost = 0;  // of all that left, beyond what the prior still holds
-  WindowSystem system;      // what the last solve was made with, if it was a step; it then has the
+  QuadraticChain chain;     // what the last solve was made with, if it was a step; it then has the
   bool is_step = false;     // prior
+  double corner_sigma_px = 0;  // that the chain's tags have
+  std::vector<int> revised;    // frames whose tags are no longer those of the chain
 
   /// Half the sum of squares of all that came until now.
   double Cost() const { return settled_cost + solution.cost; }
-  /// Makes `input` whole: after steps the system has the prior.
+  /// Makes `input` whole: after steps the chain has the prior.
   void TakePrior();
 };
 
@@ -31,8 +33,8 @@ struct WindowHypothesis {
 Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                        const SolveOptions& options, WindowHypothesis* hypothesis);
 
-/// The same by WindowSystem, where the hypothesis is alone and no track is in it: costs are kept
-/// but for a constant.
+/// The same by a chain, where the hypothesis is alone and no track is in it: costs are kept but for
+/// a constant; what has left keeps the noise that it had.
 Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                       const SolveOptions& options, WindowHypothesis* hypothesis);
 

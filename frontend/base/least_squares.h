@@ -20,6 +20,9 @@ struct LeastSquaresOptions {
   /// The step that is expected to lower the cost by no more than this share of it, plus this much,
   /// is the last one. It is taken without looking.
   double relative_tolerance = 0, absolute_tolerance = 0;
+  /// So is the step after which another one would lower the cost by no more than this, if steps go
+  /// on to shrink as from the last to this one.
+  double tolerance_of_next = 0;
   /// By this share, and by this much, the cost may seem to rise: rounding, and what the normals
   /// neglect.
   double rounding = 0, neglected = 0;
@@ -91,6 +94,7 @@ LeastSquaresResult<Problem> SolveLeastSquares(Problem& problem, typename Problem
   if (!is_usable(out.normals)) return out;
   out.cost = out.normals->cost;
   double damping = options.first_damping;
+  double last_decrease = 0;  // by the step that led here
   while (true) {
     out.end = LeastSquaresEnd::kStuck;
     if (damping > options.most_damping) return out;
@@ -103,7 +107,10 @@ LeastSquaresResult<Problem> SolveLeastSquares(Problem& problem, typename Problem
       typename Problem::State moved = problem.Step(out.x, step->dx);
       const double enough = options.relative_tolerance * out.cost + options.absolute_tolerance;
       const double most = (1 + options.rounding) * out.cost + options.neglected;
-      if (damping <= options.first_damping && (step->is_last || step->decrease <= enough)) {
+      const double next = last_decrease > 0 ? step->decrease * (step->decrease / last_decrease)
+                                            : std::numeric_limits<double>::max();
+      const bool is_small = step->decrease <= enough || next <= options.tolerance_of_next;
+      if (damping <= options.first_damping && (step->is_last || is_small)) {
         out.end = LeastSquaresEnd::kConverged;
         out.x = std::move(moved);
         out.cost -= step->decrease;
@@ -114,6 +121,7 @@ LeastSquaresResult<Problem> SolveLeastSquares(Problem& problem, typename Problem
         out.x = std::move(moved);
         out.normals = std::move(there);
         out.cost = out.normals->cost;
+        last_decrease = step->decrease;
         damping /= options.damping_factor;
         if (damping < options.least_damping) damping = options.first_damping;
         continue;

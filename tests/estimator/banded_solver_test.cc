@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/linear_system.h"
@@ -133,7 +137,47 @@ TEST(BandedSolver, RefusesStatesWhereAFactorCannotBeEvaluated) {
   graph.states[4].pose = MakePose(graph.states[4].pose.rotation(), {0, 0, -1});  // under the mat
   const BandedSolution bands = SolveBanded({10}, &graph);
   EXPECT_FALSE(bands.summary.usable);
-  EXPECT_FALSE(bands.summary.message.empty());
+  EXPECT_NE(bands.summary.message.find("cannot be evaluated"), std::string::npos);
+}
+
+// What failed is named: the state that nothing ties, not some matrix.
+TEST(BandedSolver, NamesTheStateThatNothingTies) {
+  Graph graph = Case(WhiteNoiseOn::kJerk).MakeGraph();
+  const auto touches_last = [&](const Factor& factor) {
+    return factor.blocks.back().index + 1 == static_cast<int>(graph.states.size());
+  };
+  graph.factors.erase(std::remove_if(graph.factors.begin(), graph.factors.end(), touches_last),
+                      graph.factors.end());
+  const BandedSolution bands = SolveBanded({10}, &graph);
+  EXPECT_FALSE(bands.summary.usable);
+  EXPECT_NE(bands.summary.message.find("not positive definite at state 60 of 60"),
+            std::string::npos)
+      << bands.summary.message;
+  EXPECT_NE(bands.summary.message.find(std::to_string(graph.states.back().t_ns) + " ns"),
+            std::string::npos);
+}
+
+TEST(BandedSolver, NamesACostWithoutAValue) {
+  Graph graph = Case(WhiteNoiseOn::kJerk).MakeGraph();
+  graph.states[3].rates.setConstant(std::numeric_limits<double>::quiet_NaN());
+  const BandedSolution bands = SolveBanded({10}, &graph);
+  EXPECT_FALSE(bands.summary.usable);
+  EXPECT_NE(bands.summary.message.find("no value"), std::string::npos) << bands.summary.message;
+}
+
+// Frames of one time are a broken promise, which is named, with the stamp; they used to end as
+// normal equations that are not positive definite.
+TEST(BandedSolver, AGraphOfAStampTwiceIsNoGraph) {
+  Case c(WhiteNoiseOn::kJerk);
+  c.input.frames[7].t_ns = c.input.frames[6].t_ns;
+  try {
+    c.MakeGraph();
+    FAIL() << "a graph was made";
+  } catch (const std::logic_error& error) {
+    const std::string stamp = std::to_string(c.input.frames[6].t_ns);
+    EXPECT_NE(std::string(error.what()).find("stamps grow, but " + stamp), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(BandedSolver, TakesNoPoints) {

@@ -1,5 +1,6 @@
 #include "estimator/graph/marginalisation.h"
 
+#include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -108,6 +109,39 @@ TEST(Marginalisation, DroppingInsteadOfMarginalisingWouldShow) {
   cut.states.resize(kStates - 6);
   ASSERT_TRUE(Solve(kExact, &cut).usable);
   EXPECT_GT((full.states.back().rates - cut.states.back().rates).norm(), 1e-3);
+}
+
+// Two residuals of a pose and a point of which the point shows along one direction alone, as on a
+// plane seen edge-on.
+class EdgeOn final : public ceres::SizedCostFunction<2, 7, 2> {
+ public:
+  bool Evaluate(double const* const* blocks, double* residual, double** jacobians) const override {
+    residual[0] = blocks[0][4] + blocks[1][0] + blocks[1][1];
+    residual[1] = blocks[0][5];
+    if (jacobians == nullptr) return true;
+    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> by_pose(jacobians[0]);
+    Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> by_point(jacobians[1]);
+    by_pose.setZero();
+    by_pose(0, 4) = by_pose(1, 5) = 1;
+    by_point << 1, 1, 0, 0;
+    return true;
+  }
+};
+
+// A point takes what its view says of it, even where that leaves a direction of it open: the pose
+// is not known as though the point were.
+TEST(Marginalisation, AnOpenPointTiesNoPose) {
+  Graph graph;
+  graph.states.resize(1);
+  graph.points.emplace_back(0, 0);
+  Factor view;
+  view.kind = FactorKind::kTrack;
+  view.blocks = {{BlockRef::Kind::kPose, 0}, {BlockRef::Kind::kPoint, 0}};
+  view.cost = std::make_shared<EdgeOn>();
+  graph.factors = {view};
+  const BlockBandedMatrix::Block hessian = Linearize(graph).hessian.At(0, 0);
+  EXPECT_NEAR(hessian(3, 3), 0, 1e-12);  // x: the point's to explain
+  EXPECT_NEAR(hessian(4, 4), 1, 1e-12);
 }
 
 }  // namespace

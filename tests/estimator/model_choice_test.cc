@@ -28,6 +28,18 @@ TEST(ModelChoice, TheSampleIsSpreadOverTheRecording) {
   EXPECT_GT(chosen.linear.psd, 1e-2 * moving.linear.psd);
 }
 
+// Stretches of a recording that is hardly longer than the sample do not overlap: a frame twice, or
+// before the one that it follows, would leave no model standing.
+TEST(ModelChoice, AJustLongEnoughRecordingIsChosenByAsWell) {
+  ExactModelOptions model = ModelUnder(WhiteNoiseOn::kAcceleration, 4);
+  for (const int frames : {301, 320, 345}) {
+    model.frames = frames;
+    const EstimatorSetup setup = CourseSetup();
+    const auto chosen = ChooseNoise(setup, *StartFrames(setup, DrawFlight(model).measurements));
+    EXPECT_EQ(chosen.linear.on, WhiteNoiseOn::kAcceleration) << frames;
+  }
+}
+
 // A density that the data want to be zero falls until the prior's information, which grows as
 // dt^-5, would drown the rest in rounding, and no further.
 TEST(ModelChoice, TheLeastDensityCanBeSolvedWith) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "frontend/types/so3.h"
@@ -69,7 +70,19 @@ struct Scene {
   }
 };
 
-// By the graph and by the window's own system alike.
+// To a hundredth of the standard deviations; by steps some thousandths are neglected.
+void ExpectSame(const WindowHypothesis& a, const WindowHypothesis& b) {
+  ASSERT_EQ(a.input.frames.size(), b.input.frames.size());
+  for (size_t i = 0; i < a.input.frames.size(); ++i) {
+    const int k = static_cast<int>(i);
+    const StateCovariance p = BodyCovariance(b.solution.covariance, k);
+    const StateVector d = Difference(a.input.frames[i].state, b.input.frames[i].state);
+    EXPECT_LT(std::sqrt(d.dot(p.llt().solve(d))), 1e-2) << i;
+    EXPECT_LT((BodyCovariance(a.solution.covariance, k) - p).norm(), 1e-2 * p.norm()) << i;
+  }
+}
+
+// By the graph and by the chain alike.
 TEST(WindowHypothesis, AContradictedTagIsDroppedUnlessItIsMostOfTheNewestFrame) {
   for (const bool by_steps : {false, true}) {
     const auto solve = by_steps ? StepHypothesis : SolveHypothesis;
@@ -85,6 +98,44 @@ TEST(WindowHypothesis, AContradictedTagIsDroppedUnlessItIsMostOfTheNewestFrame) 
     EXPECT_TRUE(DropContradicted(&scene.account));
     ASSERT_EQ(frames[2].tags.size(), tags - 1);
     for (const TagDetection& tag : frames[2].tags) EXPECT_NE(tag.id, wrong);
+    // The next solve is one without it.
+    ASSERT_TRUE(solve(scene.setup, scene.noise, {}, &scene.account));
+    EXPECT_FALSE(DropContradicted(&scene.account));
+    WindowHypothesis anew;
+    anew.input = scene.account.input;
+    ASSERT_TRUE(SolveHypothesis(scene.setup, scene.noise, {}, &anew));
+    EXPECT_NEAR(scene.account.solution.cost, anew.solution.cost, 1e-4 * anew.solution.cost);
+    ExpectSame(scene.account, anew);
+  }
+}
+
+// A state that starts where none of its tags can be seen, under the mat, comes back by its motion;
+// then they count.
+TEST(WindowHypothesis, TagsThatCannotBeEvaluatedAtTheStartComeBack) {
+  Scene right;
+  ASSERT_TRUE(SolveHypothesis(right.setup, right.noise, {}, &right.account));
+  for (const bool by_steps : {false, true}) {
+    const auto solve = by_steps ? StepHypothesis : SolveHypothesis;
+    Scene scene;
+    Pose& pose = scene.account.input.frames[2].state.world_from_body;
+    pose = MakePose(pose.rotation(), {0, 0, -1});
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_TRUE(solve(scene.setup, scene.noise, {}, &scene.account));
+    }
+    ExpectSame(scene.account, right.account);
+  }
+}
+
+// Tags that are in the window already are under the noise of the present solve, too.
+TEST(WindowHypothesis, AllTagsFollowTheNoise) {
+  Scene scene, anew;
+  ASSERT_TRUE(StepHypothesis(scene.setup, scene.noise, {}, &scene.account));
+  for (const double factor : {2.0, 0.8}) {
+    scene.noise.corner_sigma_px = anew.noise.corner_sigma_px =
+        factor * ExactModelOptions().corner_sigma_px;
+    ASSERT_TRUE(StepHypothesis(scene.setup, scene.noise, {}, &scene.account));
+    ASSERT_TRUE(SolveHypothesis(anew.setup, anew.noise, {}, &anew.account));
+    ExpectSame(scene.account, anew.account);
   }
 }
 

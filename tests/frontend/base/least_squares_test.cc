@@ -45,6 +45,38 @@ TEST(LeastSquares, FollowsAValleyToItsLowestPoint) {
   EXPECT_GT(out.steps, 3);  // the first full step raises the cost
 }
 
+// Residuals x and 1 + 0.05 x^2: each step leaves a tenth of the error, with the other sign.
+struct Linear {
+  using State = double;
+  using Normals = QuadraticForm<1>;
+  using Vector = Normals::Vector;
+
+  static std::optional<Normals> Linearise(double x) {
+    const Eigen::Vector2d residual(x, 1 + 0.05 * x * x), jacobian(1, 0.1 * x);
+    Normals out;
+    out.Add(jacobian, residual, 0.5 * residual.squaredNorm());
+    return out;
+  }
+  static auto Solve(double /*x*/, double damping, Normals* normals) {
+    return DampedStep(*normals, damping);
+  }
+  static double Step(double x, const Vector& dx) { return x + dx(0); }
+};
+
+// Half of the square of what is left is what the next step would lower the cost by.
+TEST(LeastSquares, TheLastTwoStepsForetellTheNext) {
+  Linear linear;
+  LeastSquaresOptions options;
+  options.tolerance_of_next = 0.5e-10;
+  const auto foretold = SolveLeastSquares(linear, 1.0, options);
+  EXPECT_TRUE(foretold.converged());
+  EXPECT_LT(std::abs(foretold.x), 1e-5);
+  EXPECT_GT(std::abs(foretold.x), 1e-7);
+  options.tolerance_of_next = 0;
+  options.absolute_tolerance = 0.5e-10;
+  EXPECT_EQ(SolveLeastSquares(linear, 1.0, options).steps, foretold.steps + 1);
+}
+
 // A step beyond x = 1.5 has no cost: it is damped until it has one.
 TEST(LeastSquares, GoesAroundWhereTheCostHasNoValue) {
   Valley valley;

@@ -1,4 +1,4 @@
-#include "estimator/solve/frame_chain.h"
+#include "estimator/solve/quadratic_chain.h"
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "estimator/graph/noise_model.h"
+#include "estimator/solve/chain_statistics.h"
+#include "estimator/solve/smoother.h"
 #include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 
@@ -34,6 +36,7 @@ struct Case {
       }
     }
   }
+  QuadraticChain Chain() const { return QuadraticChain(BuildGraph(setup, noise, input)); }
 };
 
 void ExpectNear(const VarianceStatistic& a, const VarianceStatistic& b) {
@@ -41,9 +44,12 @@ void ExpectNear(const VarianceStatistic& a, const VarianceStatistic& b) {
   EXPECT_NEAR(a.dof, b.dof, 1e-4 * b.dof + 1e-4);
 }
 
-// The chain's solution, statistics and likelihood are the graph's.
-void ExpectSameAsGraph(FrameChain* chain, const Case& c, const NoiseModel& noise) {
-  const auto of_chain = chain->Solve(noise, {50}, 0);
+// Under that noise the chain's solution, statistics and likelihood are the graph's.
+void ExpectSameAsGraph(QuadraticChain* chain, const Case& c, const NoiseModel& noise) {
+  chain->ChangeFactors([&](const Graph& graph, Factor* factor) {
+    SetNoise(c.setup, noise, c.input, graph, factor);
+  });
+  const auto of_chain = chain->Solve({50}, {});
   const auto of_graph = SolveAndInvert(c.setup, noise, c.input, {50});
   ASSERT_TRUE(of_chain && of_graph);
   EXPECT_NEAR(of_chain->cost, of_graph->cost, 1e-7 * of_graph->cost);
@@ -53,11 +59,11 @@ void ExpectSameAsGraph(FrameChain* chain, const Case& c, const NoiseModel& noise
     const int k = static_cast<int>(i);
     const StateCovariance p = BodyCovariance(of_graph->covariance, k);
     const StateVector d =
-        Difference(ToBodyState(of_chain->graph.states[i]), ToBodyState(of_graph->graph.states[i]));
+        Difference(ToBodyState(chain->graph().states[i]), ToBodyState(of_graph->graph.states[i]));
     EXPECT_LT(std::sqrt(d.dot(p.llt().solve(d))), 1e-4) << i;
     EXPECT_LT((BodyCovariance(of_chain->covariance, k) - p).norm(), 1e-4 * p.norm()) << i;
   }
-  const NoiseStatistics a = chain->Statistics(of_chain->covariance),
+  const NoiseStatistics a = ComputeNoiseStatistics(*chain, of_chain->covariance, noise, InOneRange),
                         b = ComputeNoiseStatistics(of_graph->graph, of_graph->covariance, noise,
                                                    {0, static_cast<int>(c.input.frames.size())});
   ExpectNear(a.corner, b.corner);
@@ -67,13 +73,13 @@ void ExpectSameAsGraph(FrameChain* chain, const Case& c, const NoiseModel& noise
   EXPECT_DOUBLE_EQ(a.motion_s, b.motion_s);
 }
 
-class FrameChainTest : public UnderBothPriors {};
-INSTANTIATE_UNDER_BOTH_PRIORS(FrameChainTest);
+class QuadraticChainTest : public UnderBothPriors {};
+INSTANTIATE_UNDER_BOTH_PRIORS(QuadraticChainTest);
 
 // Under one noise and then another: forms are taken over where they may be.
-TEST_P(FrameChainTest, EndsWhereTheGraphDoes) {
+TEST_P(QuadraticChainTest, EndsWhereTheGraphDoes) {
   const Case c(GetParam());
-  FrameChain chain(c.setup, c.input);
+  QuadraticChain chain = c.Chain();
   ExpectSameAsGraph(&chain, c, c.noise);
   NoiseModel other = c.noise;
   other.corner_sigma_px *= 0.4;
@@ -81,22 +87,22 @@ TEST_P(FrameChainTest, EndsWhereTheGraphDoes) {
   ExpectSameAsGraph(&chain, c, other);
 }
 
-TEST_P(FrameChainTest, EndsWhereTheGraphDoesBesideWrongTagsAndAGap) {
+TEST_P(QuadraticChainTest, EndsWhereTheGraphDoesBesideWrongTagsAndAGap) {
   Case c(GetParam());
   c.MisplaceTags();
   for (size_t i = 20; i < 30; ++i) c.input.frames[i].tags.clear();
-  FrameChain chain(c.setup, c.input);
+  QuadraticChain chain = c.Chain();
   ExpectSameAsGraph(&chain, c, c.noise);
   NoiseModel other = c.noise;
   other.corner_sigma_px *= 3;  // the wrong tags are hardly wrong any more
   ExpectSameAsGraph(&chain, c, other);
 }
 
-TEST_P(FrameChainTest, EndsWhereTheGraphDoesWithCovariancesOfTheCornersOwn) {
+TEST_P(QuadraticChainTest, EndsWhereTheGraphDoesWithCovariancesOfTheCornersOwn) {
   Case c(GetParam());
   c.GiveCornersCovariances();
   c.MisplaceTags();
-  FrameChain chain(c.setup, c.input);
+  QuadraticChain chain = c.Chain();
   ExpectSameAsGraph(&chain, c, c.noise);
   NoiseModel other = c.noise;
   other.corner_sigma_px *= 0.3;
@@ -105,32 +111,59 @@ TEST_P(FrameChainTest, EndsWhereTheGraphDoesWithCovariancesOfTheCornersOwn) {
 
 // Where forms are kept while poses move, the solution is that of all factors to a fraction of a
 // standard deviation.
-TEST_P(FrameChainTest, WhatIsNeglectedDoesNotShow) {
+TEST_P(QuadraticChainTest, WhatIsNeglectedDoesNotShow) {
   const Case c(GetParam());
-  FrameChain chain(c.setup, c.input);
-  const auto coarse = chain.Solve(c.noise, {50, 1e-4}, 1e-2);
+  QuadraticChain chain = c.Chain();
+  const auto coarse = chain.Solve({50, 1e-4}, {1e-2, false});
   const auto fine = SolveAndInvert(c.setup, c.noise, c.input, {50});
   ASSERT_TRUE(coarse && fine);
   for (size_t i = 0; i < c.input.frames.size(); ++i) {
     const StateVector d =
-        Difference(ToBodyState(coarse->graph.states[i]), ToBodyState(fine->graph.states[i]));
+        Difference(ToBodyState(chain.graph().states[i]), ToBodyState(fine->graph.states[i]));
     const StateCovariance p = BodyCovariance(fine->covariance, static_cast<int>(i));
     EXPECT_LT(std::sqrt(d.dot(p.llt().solve(d))), 0.1) << i;
   }
 }
 
-TEST(FrameChain, LeavesTracksPriorsAndHardStartsToTheGraph) {
+// Work that is split gives the same bits however it is split.
+TEST(QuadraticChain, IsTheSameInAnyRanges) {
+  const Case c(WhiteNoiseOn::kJerk);
+  const auto solve = [&](const ForRanges& for_ranges) {
+    QuadraticChain chain(BuildGraph(c.setup, c.noise, c.input), for_ranges);
+    EXPECT_TRUE(chain.Solve({50}, {}));
+    return chain.graph().states;
+  };
+  const auto in_sevens = [](size_t count, const std::function<void(size_t, size_t)>& work) {
+    for (size_t last = count; last > 0; last = last > 7 ? last - 7 : 0) {
+      work(last > 7 ? last - 7 : 0, last);
+    }
+  };
+  const std::vector<GraphState> whole = solve(InOneRange), split = solve(in_sevens);
+  for (size_t k = 0; k < whole.size(); ++k) {
+    EXPECT_EQ(whole[k].pose.params, split[k].pose.params);
+    EXPECT_EQ(whole[k].rates, split[k].rates);
+  }
+}
+
+TEST(QuadraticChain, SaysWhereFullStepsDoNotDo) {
   Case c(WhiteNoiseOn::kJerk);
-  EXPECT_TRUE(FrameChain::Fits(c.setup, c.input));
-  GraphInput with_track = c.input;
-  with_track.segments.emplace_back();
-  EXPECT_FALSE(FrameChain::Fits(c.setup, with_track));
-  GraphInput with_prior = c.input;
-  with_prior.prior.emplace();
-  EXPECT_FALSE(FrameChain::Fits(c.setup, with_prior));
   Pose& pose = c.input.frames[4].state.world_from_body;
-  pose = MakePose(pose.rotation(), {0, 0, -1});  // under the mat
-  EXPECT_FALSE(FrameChain(c.setup, c.input).Solve(c.noise, {50}, 0));
+  Graph graph = BuildGraph(c.setup, c.noise, c.input);
+  graph.states[4].pose = MakePose(pose.rotation(), {0, 0, -1});  // under the mat
+  const auto solved = QuadraticChain(graph).Solve({50}, {});
+  ASSERT_FALSE(solved);
+  EXPECT_NE(solved.error().message.find("cannot be evaluated"), std::string::npos);
+  pose = graph.states[4].pose;
+  EXPECT_GT(BuildGraph(c.setup, c.noise, c.input).n_left_out, 0);
+}
+
+TEST(QuadraticChain, TakesNoPointsAndNoStampTwice) {
+  Graph graph = Case(WhiteNoiseOn::kJerk).Chain().graph();
+  QuadraticChain chain(graph);
+  EXPECT_THROW(chain.AddState(graph.states.back()), std::logic_error);
+  graph.points.emplace_back(0.1, 0.2);
+  EXPECT_FALSE(QuadraticChain::Fits(graph));
+  EXPECT_THROW(QuadraticChain{graph}, std::logic_error);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "bench/flights.h"
+#include "tests/support/bench_flights.h"
 
 #include <algorithm>
 #include <optional>
