@@ -18,6 +18,18 @@ std::pair<int, int> SpanOf(const Factor& factor) {
   return {low->index, high->index};
 }
 
+void Erase(const std::vector<size_t>& indices, std::vector<Factor>* factors) {
+  std::vector<char> leaves(factors->size());
+  for (const size_t f : indices) leaves[f] = true;
+  size_t kept = 0;
+  for (size_t f = 0; f < leaves.size(); ++f) {
+    if (leaves[f]) continue;
+    if (kept != f) (*factors)[kept] = std::move((*factors)[f]);
+    ++kept;
+  }
+  factors->resize(kept);
+}
+
 }  // namespace
 
 QuadraticChain::QuadraticChain(Graph graph, ForRanges for_ranges)
@@ -79,9 +91,7 @@ void QuadraticChain::ChangeFactors(const std::function<void(const Graph&, Factor
 
 void QuadraticChain::ReplaceFactorsOfPose(int state, std::vector<Factor> factors) {
   PoseForm& form = forms_[static_cast<size_t>(state)];
-  for (auto f = form.factors.rbegin(); f != form.factors.rend(); ++f) {
-    graph_.factors.erase(graph_.factors.begin() + static_cast<std::ptrdiff_t>(*f));
-  }
+  Erase(form.factors, &graph_.factors);
   form.is_stale = true;
   AddFactors(std::move(factors));
 }
@@ -92,7 +102,7 @@ void QuadraticChain::AddState(const GraphState& state) {
                      std::to_string(graph_.states.back().t_ns) + " ns");
   graph_.states.push_back(state);
   forms_.emplace_back();
-  Index();
+  steps_.push_back(-1);
 }
 
 void QuadraticChain::AddFactors(std::vector<Factor> factors) {
@@ -129,9 +139,7 @@ void QuadraticChain::MarginalizeFirst() {
     prior_->hessian = rest.hessian;
     prior_->gradient = rest.gradient;
   }
-  for (auto f = leaving.rbegin(); f != leaving.rend(); ++f) {
-    graph_.factors.erase(graph_.factors.begin() + static_cast<std::ptrdiff_t>(*f));
-  }
+  Erase(leaving, &graph_.factors);
   for (Factor& factor : graph_.factors) {
     for (BlockRef& block : factor.blocks) --block.index;
   }
