@@ -23,25 +23,34 @@
 #include "estimator/start/set_up_check.h"
 #include "estimator/start/tag_gate.h"
 #include "estimator/start/tags_at_stamp.h"
+#include "estimator/systematic/systematic_errors.h"
 #include "frontend/base/format_text.h"
 
 namespace tagtwist {
 namespace {
 
-// Takes the solution's place: of long recordings both would be a lot to hold.
-Trajectory MakeTrajectory(Solution solution, const NoiseModel& noise) {
+// Takes the covariance's place: of long recordings both would be a lot to hold.
+Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,
+                          const NoiseModel& noise) {
   Trajectory out;
   out.linear = noise.linear;
   out.angular = noise.angular;
-  out.states = std::move(solution.graph.states);
-  solution.graph = Graph();
-  for (int k = 0; k < solution.covariance.size(); ++k) {
-    out.covariances.push_back(solution.covariance.At(k, k));
-    if (k + 1 < solution.covariance.size()) {
-      out.cross_covariances.push_back(solution.covariance.At(k + 1, k));
-    }
+  out.states = states;
+  for (int k = 0; k < covariance.size(); ++k) {
+    out.covariances.push_back(covariance.At(k, k));
+    if (k + 1 < covariance.size()) out.cross_covariances.push_back(covariance.At(k + 1, k));
   }
   return out;
+}
+
+// What lens, map and corners do to the states, over and over the same, goes into their covariances.
+SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noise,
+                              const Graph& graph, const std::vector<GraphFrame>& frames,
+                              Trajectory* trajectory, std::vector<StateCovariance>* covariances) {
+  if (!setup.options.systematic_errors) return {};
+  const SystematicBasis basis(setup, TagsSeenMost(frames));
+  const SystematicErrors errors = LearnSystematicErrors(basis, noise, frames);
+  return AddSystematicErrors(basis, errors, noise, graph, frames, trajectory, covariances);
 }
 
 // Covariances of all states; scaled by the prior's power where the prior's densities are learned.
@@ -224,8 +233,12 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   auto solution = SolveWithTrustedTags(measurements, state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 
-  const std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
-  out.trajectory = MakeTrajectory(std::move(*solution), out.noise);
+  std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
+  out.trajectory =
+      MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
+  out.systematic = AddSystematic(setup_, out.noise, solution->graph, input.frames, &out.trajectory,
+                                 &covariances);
+  *solution = Solution();  // its memory is for the rows
   for (size_t i = 0; i < starts->size(); ++i) {
     GraphFrame& frame = (*starts)[i];
     const int k = state_of_frame[i];

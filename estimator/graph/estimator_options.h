@@ -51,6 +51,7 @@ struct EstimatorOptions {
   MotionPriorChoice motion_prior = MotionPriorChoice::kAuto;
   ClockChoice clock = ClockChoice::kAuto;
   Solver solver = Solver::kAuto;
+  bool systematic_errors = true;  // of lens, map and corners are learned for the covariance (batch)
   bool use_tracks = true;         // KLT tracks enter the graph
   int max_tracks_per_frame = 40;  // in the graph, >= 0
   int track_segment_frames = 6;   // a track enters in pieces of at most this many frames, >= 2
@@ -72,6 +73,7 @@ struct EstimatorOptions {
     visit("motion_prior", self.motion_prior);
     visit("clock", self.clock);
     visit("solver", self.solver);
+    visit("systematic_errors", self.systematic_errors);
     visit("use_tracks", self.use_tracks);
     visit("max_tracks_per_frame", self.max_tracks_per_frame);
     visit("track_segment_frames", self.track_segment_frames);

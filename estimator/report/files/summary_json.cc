@@ -72,6 +72,17 @@ Json NoiseJson(const NoiseModel& noise, const std::vector<FrameEstimate>& frames
           {"angular_jerk_psd", angular_jerk ? Json(noise.angular.psd) : Json(nullptr)}};
 }
 
+// Standard deviations.
+Json SystematicJson(const SystematicShare& s) {
+  return {{"field_sigma_px", s.field_sigma_px},
+          {"tag_sigma_m", s.tag_sigma_m},
+          {"bias_sigma_px", s.bias_sigma_px},
+          {"position_sigma_m", s.position_m},
+          {"rotation_sigma_rad", s.rotation_rad},
+          {"common_position_sigma_m", s.common_position_m},
+          {"common_rotation_sigma_rad", s.common_rotation_rad}};
+}
+
 Json BoundJson(const ErrorBound& bound, bool with_twist) {
   const auto figure = [&](double x) { return bound.frames > 0 ? Json(x) : Json(nullptr); };
   Json out = {{"frames", bound.frames},
@@ -194,6 +205,9 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   out["reprojection_px"] = {{"median", QuantileJson(estimate.reprojection_px, 0.5)},
                             {"p95", QuantileJson(estimate.reprojection_px, 0.95)}};
   out["noise"] = NoiseJson(estimate.noise, estimate.frames);
+  if (estimate.mode == EstimateMode::kBatch) {
+    out["systematic"] = SystematicJson(estimate.systematic);
+  }
   out["timing_ms"] = TimingJson(facts.times);
   if (facts.deadline_ms) out["deadline"] = DeadlineJson(estimate, facts);
   if (facts.live) {

@@ -33,6 +33,8 @@ std::vector<Finding> FrameFindings(const Estimate& estimate, const RunFacts& fac
                                    const TagMap& map);
 /// Errors that depend on the place in the image, or on the tag; noise given that the errors belie.
 std::vector<Finding> ReprojectionFindings(const Estimate& estimate);
+/// Errors of lens, map and corners that last and make up most of the states' variance.
+std::vector<Finding> SystematicFindings(const Estimate& estimate);
 /// Constant offsets, clocks apart, covariances that do not cover the errors, outlying stretches.
 std::vector<Finding> TruthFindings(const Estimate& estimate, const std::vector<TruthSample>& truth);
 

@@ -1,0 +1,53 @@
+#pragma once
+#include <Eigen/Core>
+#include <unordered_map>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/systematic/evidence.h"
+#include "estimator/systematic/image_field.h"
+
+namespace tagtwist {
+
+/// Ids of the tags of those frames that are seen most, at most 128, ascending: whose own errors are
+/// worth parameters.
+std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames);
+
+/// What errors of a set-up that last from frame to frame do to a tag's corners, to first order:
+/// parameters side by side in three groups.
+///   - a smooth field over the image [px], u and v: what the lens model leaves;
+///   - three a tag [m]: its position in W;
+///   - one shift of all corners away from the centre of their tag, along the diagonals [px].
+class SystematicBasis {
+ public:
+  /// Only those tags' own errors are parameters; tag ids.
+  SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags);
+
+  /// Parameters as the data are summed up: the field by its knots.
+  int size() const;
+  /// The same by the field's modes: groups with one prior each. x = FromModes(z).
+  std::vector<ParameterGroup> Groups() const;
+  LinearEvidence ToModes(const LinearEvidence& of_knots) const;
+  Eigen::MatrixXd ToModes(const Eigen::MatrixXd& of_knots) const;    // F'F
+  Eigen::MatrixXd FromModes(const Eigen::MatrixXd& of_modes) const;  // columns
+
+  /// A tag of one frame, whitened: the residual (predicted less seen), its derivatives by the pose
+  /// (world_from_body's tangent), and what a unit of the parameters at `columns` adds to the seen
+  /// corners. All times the square root of the tag's robust weight.
+  struct TagTerms {
+    Eigen::Matrix<double, 8, 1> residual;
+    Eigen::Matrix<double, 8, 6> by_pose;
+    std::vector<int> columns;  // ascending
+    Eigen::Matrix<double, 8, Eigen::Dynamic> by_parameters;
+  };
+  /// False where a corner cannot be predicted.
+  bool Linearize(const NoiseModel& noise, const Pose& world_from_body, const TagDetection& tag,
+                 TagTerms* out) const;
+
+ private:
+  const EstimatorSetup& setup_;
+  ImageField field_;
+  std::unordered_map<int, int> tags_;  // id to its place
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,232 @@
+// Errors of lens, map and corners that last over a recording: found where they are, covered by the
+// covariances, and not found where there are none.
+#include "estimator/systematic/systematic_errors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+
+#include "estimator/batch/batch.h"
+#include "estimator/systematic/evidence.h"
+#include "estimator/systematic/image_field.h"
+#include "frontend/types/rig.h"
+#include "tests/support/exact_model.h"
+#include "tests/support/simulated_flight.h"
+
+namespace tagtwist {
+namespace {
+
+using testing::AllOf;
+using testing::Gt;
+using testing::Lt;
+
+// y = F x + n with x of two groups of so many parameters and sigmas.
+LinearEvidence DrawLinear(double first_sigma, double second_sigma, double noise, int rows,
+                          unsigned seed) {
+  constexpr int kSize = 30;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd x(2 * kSize), y(rows);
+  for (int i = 0; i < x.size(); ++i)
+    x(i) = (i < kSize ? first_sigma : second_sigma) * normal(random);
+  Eigen::MatrixXd f(rows, 2 * kSize);
+  for (double& value : f.reshaped()) value = normal(random);
+  for (double& value : y) value = noise * normal(random);
+  y += f * x;
+  return {f.transpose() * f, f.transpose() * y, y.squaredNorm(), double(rows)};
+}
+
+TEST(Evidence, FindsTheVariancesThatParametersWereDrawnFrom) {
+  const auto fit = FitByEvidence(DrawLinear(2.0, 0.1, 0.5, 400, 3), {{0, 30, 1}, {30, 30, 1}});
+  EXPECT_NEAR(fit.groups[0].sigma, 2.0, 0.6);
+  EXPECT_NEAR(fit.groups[1].sigma, 0.1, 0.03);
+  EXPECT_NEAR(fit.noise_scale, 0.5, 0.06);
+}
+
+TEST(Evidence, FindsNothingInNoise) {
+  int found = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const auto fit = FitByEvidence(DrawLinear(0, 0, 1, 400, seed), {{0, 30, 1}, {30, 30, 1}});
+    if (!fit.IsEmpty()) ++found;
+  }
+  EXPECT_EQ(found, 0);
+}
+
+TEST(Evidence, KeepsAGroupThatTheDataDoNotSpeakOfWhereOthersAreSeen) {
+  LinearEvidence data = DrawLinear(2.0, 0, 0.5, 400, 5);
+  data.information.bottomRows(30).setZero();
+  data.information.rightCols(30).setZero();
+  data.gradient.tail(30).setZero();
+  const auto fit = FitByEvidence(data, {{0, 30, 1}, {30, 30, 0.7}});
+  EXPECT_DOUBLE_EQ(fit.groups[1].sigma, 0.7);
+  EXPECT_NEAR(fit.covariance(40, 40), 0.49, 1e-9);
+}
+
+TEST(ImageField, IsBilinearBetweenItsKnotsAndConstantBeyondTheImage) {
+  const ImageField field(640, 480);
+  const auto value = [&](double u, double v, const Eigen::VectorXd& knots) {
+    const ImageField::Place place = field.At({u, v});
+    double sum = 0, shares = 0;
+    for (size_t k = 0; k < 4; ++k) {
+      sum += place.shares[k] * knots(place.knots[k]);
+      shares += place.shares[k];
+    }
+    EXPECT_NEAR(shares, 1, 1e-12);
+    return sum;
+  };
+  // A plane over the knots is a plane over the image.
+  const int columns = field.At({0, 0}).knots[2] - field.At({0, 0}).knots[0];
+  const int rows = field.knots() / columns;
+  Eigen::VectorXd plane(field.knots());
+  for (int k = 0; k < plane.size(); ++k) {
+    plane(k) = (k % columns) / double(columns - 1) + 3 * (k / columns) / double(rows - 1);
+  }
+  EXPECT_NEAR(value(0, 0, plane), 0, 1e-12);
+  EXPECT_NEAR(value(639, 479, plane), 4, 1e-12);
+  EXPECT_NEAR(value(213, 100, plane), 213 / 639.0 + 300 / 479.0, 1e-12);
+  EXPECT_NEAR(value(-50, 600, plane), 3, 1e-12);
+}
+
+TEST(ImageField, VariesByOneEverywhereAPriori) {
+  const ImageField field(752, 480);
+  const Eigen::VectorXd variances = field.modes().rowwise().squaredNorm();
+  EXPECT_GT(variances.minCoeff(), 0.9);
+  EXPECT_LT(variances.maxCoeff(), 1.001);
+}
+
+// What is wrong with a drawn set-up: standard deviations.
+struct Faults {
+  double field_px = 0, tag_m = 0, bias_px = 0;
+};
+
+// Smooth over the image: a few waves of drawn direction and phase.
+class DrawnField {
+ public:
+  DrawnField(double sigma_px, std::mt19937* random) {
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> phase(0, 2 * M_PI);
+    for (Wave& wave : waves_) {
+      wave.along = Eigen::Vector2d(normal(*random), normal(*random)) / 130;
+      wave.phase = phase(*random);
+      wave.size = sigma_px / std::sqrt(static_cast<double>(waves_.size()) / 2) *
+                  Eigen::Vector2d(normal(*random), normal(*random));
+    }
+  }
+  Eigen::Vector2d At(const Eigen::Vector2d& pixel) const {
+    Eigen::Vector2d out = Eigen::Vector2d::Zero();
+    for (const Wave& w : waves_) out += w.size * std::cos(w.along.dot(pixel) + w.phase);
+    return out;
+  }
+
+ private:
+  struct Wave {
+    Eigen::Vector2d along, size;
+    double phase = 0;
+  };
+  std::array<Wave, 8> waves_;
+};
+
+struct Drawn {
+  SetUp set_up;  // as believed
+  SimulatedFlight flight;
+};
+
+Drawn Draw(const std::string& name, const Faults& faults, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  Drawn out{CourseSetUp(), SimulateCorners(name, 8, 30)};
+  const DrawnField field(faults.field_px, &random);
+  const double bias_px = faults.bias_px * normal(random);
+  for (FrameMeasurements& frame : out.flight.measurements) {
+    for (TagDetection& tag : frame.tags) {
+      const Eigen::Vector2d centre =
+          (tag.corners[0] + tag.corners[1] + tag.corners[2] + tag.corners[3]) / 4;
+      for (Eigen::Vector2d& corner : tag.corners) {
+        corner += field.At(corner) + bias_px * (corner - centre).normalized();
+      }
+    }
+  }
+  std::vector<Tag> tags = out.set_up.map.tags();
+  for (Tag& tag : tags) {
+    for (int a = 4; a < 7; ++a) tag.world_from_tag.params(a) += faults.tag_m * normal(random);
+  }
+  out.set_up.map = TagMap(out.set_up.map.family(), tags);
+  return out;
+}
+
+Estimate Solve(const Drawn& drawn, bool systematic = true) {
+  EstimatorOptions options;
+  options.systematic_errors = systematic;
+  auto estimate = RunBatch(drawn.set_up, options, drawn.flight.measurements);
+  EXPECT_TRUE(estimate);
+  return std::move(*estimate);
+}
+
+// Per degree of freedom, over all frames.
+double PoseNees(const Estimate& estimate, const std::vector<BodyState>& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const FrameEstimate& frame = estimate.frames[i];
+    const Eigen::Matrix<double, 6, 1> error =
+        Difference(truth[i].world_from_body, frame.state.world_from_body);
+    const PoseCovariance covariance = frame.covariance.topLeftCorner<6, 6>();
+    sum += error.dot(covariance.inverse() * error) / 6;
+  }
+  return sum / static_cast<double>(truth.size());
+}
+
+TEST(SystematicErrors, AreNotFoundWhereThereAreNone) {
+  for (const char* name : {"figure8", "agile", "hover", "circle"}) {
+    const Estimate estimate = Solve(Draw(name, {}, 1));
+    EXPECT_EQ(estimate.systematic.position_m, 0) << name;
+    EXPECT_EQ(estimate.systematic.field_sigma_px, 0) << name;
+    EXPECT_EQ(estimate.systematic.tag_sigma_m, 0) << name;
+    EXPECT_EQ(estimate.systematic.bias_sigma_px, 0) << name;
+  }
+}
+
+TEST(SystematicErrors, OfEachKindAreFoundAsWhatTheyAre) {
+  const SystematicShare of_lens = Solve(Draw("figure8", {0.3, 0, 0}, 2)).systematic;
+  EXPECT_THAT(of_lens.field_sigma_px, AllOf(Gt(0.15), Lt(0.6)));
+  EXPECT_LT(of_lens.tag_sigma_m, 0.3e-3);
+  const SystematicShare of_map = Solve(Draw("figure8", {0, 2e-3, 0}, 3)).systematic;
+  EXPECT_THAT(of_map.tag_sigma_m, AllOf(Gt(1.5e-3), Lt(2.5e-3)));
+  EXPECT_LT(of_map.field_sigma_px, 0.1);
+}
+
+// All at once, drawn anew: the covariances hold, and they do not without.
+TEST(SystematicErrors, SlowAreCoveredByTheCovariances) {
+  double with = 0, without = 0;
+  int runs = 0;
+  for (const char* name : {"figure8", "agile", "circle", "hover"}) {
+    for (unsigned seed = 10; seed < 13; ++seed, ++runs) {
+      const Drawn drawn = Draw(name, {0.3, 2e-3, 0.2}, seed);
+      with += PoseNees(Solve(drawn), drawn.flight.truth);
+      without += PoseNees(Solve(drawn, false), drawn.flight.truth);
+    }
+  }
+  EXPECT_THAT(with / runs, AllOf(Gt(0.5), Lt(2)));
+  EXPECT_GT(without / runs, 8);
+}
+
+TEST(SystematicErrors, WidenTheCovarianceAndLeaveTheStatesAlone) {
+  const Drawn drawn = Draw("figure8", {0.3, 2e-3, 0.2}, 4);
+  const Estimate with = Solve(drawn), without = Solve(drawn, false);
+  ASSERT_EQ(with.frames.size(), without.frames.size());
+  for (size_t i = 0; i < with.frames.size(); ++i) {
+    EXPECT_EQ(with.frames[i].state.world_from_body.params,
+              without.frames[i].state.world_from_body.params);
+    const StateCovariance added = with.frames[i].covariance - without.frames[i].covariance;
+    EXPECT_GT(added.diagonal().minCoeff(), 0);
+  }
+  // Between the frames, too: the trajectory's own covariance has it.
+  const int64_t between = (with.frames[50].t_ns + with.frames[51].t_ns) / 2;
+  EXPECT_GT(with.trajectory.At(between)->covariance(3, 3),
+            4 * without.trajectory.At(between)->covariance(3, 3));
+}
+
+}  // namespace
+}  // namespace tagtwist
