@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "frontend/base/robust.h"
 #include "residuals/corner_whitener.h"
 #include "residuals/tag_reprojection_residual.h"
 
@@ -124,7 +125,7 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
   const Eigen::Matrix<double, 8, 8> whitener =
       CornerWhitener(CornerCovariance(setup_, tag, noise.corner_sigma_px));
   const double norm = (whitener * out->residual).norm();
-  const double root_weight = std::sqrt(std::min(1.0, TagHuberDelta(setup_) / norm));
+  const double root_weight = std::sqrt(std::min(1.0, HuberDelta(setup_.options.robust_scale, 8) / norm));
   const Eigen::Matrix<double, 8, 8> scale = root_weight * whitener;
   out->residual = scale * out->residual;
   out->by_pose = scale * out->by_pose;

@@ -18,14 +18,16 @@ double PositionSigma(const Estimate& estimate) {
   return frames > 0 ? std::sqrt(sum / static_cast<double>(frames)) : 0;
 }
 
+// Those that are worth mending, in words; empty where none is.
 std::string Parts(const SystematicShare& s) {
+  constexpr double kLeastPx = 0.05, kLeastM = 3e-4;
   std::string out;
   const auto add = [&](const std::string& part) { out += (out.empty() ? "" : ", ") + part; };
-  if (s.field_sigma_px > 0) {
+  if (s.field_sigma_px > kLeastPx) {
     add(Format("%.2f px over the image beyond what the lens says", s.field_sigma_px));
   }
-  if (s.tag_sigma_m > 0) add(Format("%.1f mm of the tags' places", 1e3 * s.tag_sigma_m));
-  if (s.bias_sigma_px > 0) {
+  if (s.tag_sigma_m > kLeastM) add(Format("%.1f mm of the tags' places", 1e3 * s.tag_sigma_m));
+  if (s.bias_sigma_px > kLeastPx) {
     add(Format("%.2f px of all corners along their tags' diagonals", s.bias_sigma_px));
   }
   return out;
@@ -37,10 +39,11 @@ std::vector<Finding> SystematicFindings(const Estimate& estimate) {
   constexpr double kMost = 0.5;  // of the variance
   const SystematicShare& s = estimate.systematic;
   const double sigma_m = PositionSigma(estimate);
-  if (!(s.position_m > 0) || s.position_m * s.position_m < kMost * sigma_m * sigma_m) return {};
+  const std::string parts = Parts(s);
+  if (parts.empty() || s.position_m * s.position_m < kMost * sigma_m * sigma_m) return {};
   return {{Format("Most of the uncertainty is of errors that last and that no number of frames "
                   "averages away (standard deviations): %s; %.1f mm of position.",
-                  Parts(s).c_str(), 1e3 * s.position_m),
+                  parts.c_str(), 1e3 * s.position_m),
            "The sigmas have it. --calibrate over a lively recording takes most of it off."}};
 }
 

@@ -78,6 +78,19 @@ TEST(Findings, NamesATagThatMovedTooLittleToBeLeftOut) {
   EXPECT_THAT(text, Not(HasSubstr("lens")));
 }
 
+TEST(Findings, NamesErrorsThatLastWhereTheyAreMostOfTheVariance) {
+  Case run = RunAsConfigured();
+  SystematicShare& share = run.estimate.systematic;
+  share = {0.2, 0, 0, 1.0, 0.1, 0.5, 0.05};
+  EXPECT_THAT(run.Text(), HasSubstr("errors that last"));
+  EXPECT_THAT(run.Text(), HasSubstr("0.20 px over the image"));
+  share.field_sigma_px = 0.01;
+  EXPECT_EQ(run.Text(), "");
+  share.field_sigma_px = 0.2;
+  share.position_m = 1e-6;
+  EXPECT_EQ(run.Text(), "");
+}
+
 TEST(Findings, NamesNoiseThatTheErrorsBelie) {
   Case run = RunAsConfigured();
   run.estimate.noise.corner_is_given = true;

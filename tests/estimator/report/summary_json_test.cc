@@ -30,13 +30,18 @@ std::vector<std::string> Keys(const nlohmann::ordered_json& object) {
 TEST(Summary, HasTheDesignedKeys) {
   const Estimate estimate = SyntheticEstimate(kFrames, false);
   const auto s = SummaryJson(estimate, Rows(estimate), SyntheticFacts("x", kFrames));
-  EXPECT_THAT(Keys(s), ElementsAre("mode", "frames", "frames_estimated", "reprojection_px", "noise",
-                                   "timing_ms", "wall_s", "peak_rss_mib", "bound", "accuracy",
-                                   "dataset", "inputs", "taken", "status", "warnings", "version"));
+  EXPECT_THAT(Keys(s),
+              ElementsAre("mode", "frames", "frames_estimated", "reprojection_px", "noise",
+                          "systematic", "timing_ms", "wall_s", "peak_rss_mib", "bound", "accuracy",
+                          "dataset", "inputs", "taken", "status", "warnings", "version"));
   EXPECT_THAT(Keys(s["reprojection_px"]), ElementsAre("median", "p95"));
   EXPECT_THAT(Keys(s["noise"]), ElementsAre("corner_sigma_px", "track_sigma_px", "accel_psd",
                                             "angular_accel_psd", "source", "linear_prior",
                                             "angular_prior", "jerk_psd", "angular_jerk_psd"));
+  EXPECT_THAT(
+      Keys(s["systematic"]),
+      ElementsAre("field_sigma_px", "tag_sigma_m", "bias_sigma_px", "position_sigma_m",
+                  "rotation_sigma_rad", "common_position_sigma_m", "common_rotation_sigma_rad"));
   EXPECT_THAT(Keys(s["timing_ms"]), ElementsAre("detect", "track", "seed", "optimise", "frame"));
   EXPECT_THAT(Keys(s["timing_ms"]["frame"]), ElementsAre("p50", "p99", "max"));
   EXPECT_THAT(Keys(s["accuracy"]), ElementsAre("closed_form", "optimised"));
