@@ -1,5 +1,6 @@
 #include "estimator/evaluation/pose_series.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "frontend/types/so3.h"
@@ -36,6 +37,23 @@ StateCovariance ErrorStateMap(const PoseSample& sample, const Pose& truth_from_w
   return map;
 }
 
+// The share w of a step from a to b, with the slopes there: cubic.
+Eigen::Vector3d Hermite(const Eigen::Vector3d& step, const Eigen::Vector3d& slope_a,
+                        const Eigen::Vector3d& slope_b, double step_s, double w) {
+  return w * w * (3 - 2 * w) * step + step_s * w * (1 - w) * ((1 - w) * slope_a - w * slope_b);
+}
+
+// Over one step the turn is small: its slope is the body rate.
+Pose PoseBetween(const PoseSample& a, const PoseSample& b, double step_s, double w) {
+  PoseStep step = Difference(b.world_from_body, a.world_from_body);
+  if (a.covariance && b.covariance && a.twist && b.twist) {
+    step << Hermite(step.head<3>(), a.twist->omega_body, b.twist->omega_body, step_s, w),
+        Hermite(step.tail<3>(), a.twist->v_world, b.twist->v_world, step_s, w);
+    return Retract(a.world_from_body, step);
+  }
+  return Retract(a.world_from_body, w * step);
+}
+
 }  // namespace
 
 PoseSeries EstimatedSeries(const std::vector<FrameEstimate>& frames) {
@@ -53,6 +71,30 @@ PoseSeries ClosedFormSeries(const std::vector<FrameEstimate>& frames, ClosedForm
     if (!f.closed_form.world_from_body) continue;
     out.push_back(
         {f.t_ns, *f.closed_form.world_from_body, TwistOf(f.closed_form, variant), std::nullopt});
+  }
+  return out;
+}
+
+std::optional<PoseSample> SampleAt(const PoseSeries& series, int64_t t_ns, double max_gap_s) {
+  const auto after =
+      std::lower_bound(series.begin(), series.end(), t_ns,
+                       [](const PoseSample& sample, int64_t t) { return sample.t_ns < t; });
+  if (after == series.end()) return std::nullopt;
+  if (after->t_ns == t_ns) return *after;
+  if (after == series.begin()) return std::nullopt;
+  const PoseSample &a = *(after - 1), &b = *after;
+  const double step_s = ToSeconds(b.t_ns - a.t_ns);
+  if (!(step_s <= max_gap_s)) return std::nullopt;
+  const double w = ToSeconds(t_ns - a.t_ns) / step_s;
+  PoseSample out;
+  out.t_ns = t_ns;
+  out.world_from_body = PoseBetween(a, b, step_s, w);
+  if (a.twist && b.twist) {
+    out.twist = Twist{(1 - w) * a.twist->v_world + w * b.twist->v_world,
+                      (1 - w) * a.twist->omega_body + w * b.twist->omega_body};
+  }
+  if (a.covariance && b.covariance) {
+    out.covariance = (1 - w) * *a.covariance + w * *b.covariance;
   }
   return out;
 }

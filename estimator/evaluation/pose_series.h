@@ -24,6 +24,12 @@ PoseSeries EstimatedSeries(const std::vector<FrameEstimate>& frames);
 enum class ClosedFormVariant { kPlain, kRansac, kLowPass };
 PoseSeries ClosedFormSeries(const std::vector<FrameEstimate>& frames, ClosedFormVariant variant);
 
+/// The trajectory at a time: a sample of exactly that stamp as it is; otherwise between its two
+/// neighbours, when they are at most max_gap_s apart: position and rotation cubic by the twists
+/// of an estimate with covariances (others' twists are mostly too noisy), else linear; twist and covariance linear. nullopt outside the series and
+/// in gaps. Stamps grow strictly.
+std::optional<PoseSample> SampleAt(const PoseSeries& series, int64_t t_ns, double max_gap_s);
+
 /// The sample as seen by somebody who measures the frame `marker` fixed to the body, in the world
 /// `truth`: pose truth_from_world * world_from_body * body_from_marker, and the twist and the
 /// covariance that belong to it.
