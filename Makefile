@@ -3,13 +3,16 @@
 .PHONY: setup build demo test install package docs format lint clean
 JOBS := $(shell nproc)
 PREFIX ?= /usr/local
+# Several sources of a folder as one unit: whole builds take less. OFF for work on a file in the same build.
+UNITY ?= ON
+CONFIGURE := cmake --log-level=WARNING -DTAGTWIST_UNITY=$(UNITY)
 
 setup:
 	@scripts/setup
 
 # The programs, in build/release/apps/.
 build: setup
-	@cmake --preset release --log-level=WARNING
+	@$(CONFIGURE) --preset release
 	@cmake --build --preset release --target programs --parallel $(JOBS)
 
 # Renders a flight over the course's mat, estimates it, and names the report to open.
@@ -21,10 +24,10 @@ demo: build
 test: setup
 	@scripts/setup test
 	@scripts/setup rosbag
-	@cmake --preset release --log-level=WARNING
+	@$(CONFIGURE) --preset release
 	@cmake --build --preset release --parallel $(JOBS)
 	@ctest --preset release --parallel $(JOBS)
-	@cmake --preset debug --log-level=WARNING
+	@$(CONFIGURE) --preset debug
 	@cmake --build --preset debug --parallel $(JOBS)
 	@ctest --preset debug --parallel $(JOBS)
 
@@ -42,7 +45,7 @@ package: build
 docs:
 	@scripts/setup
 	@scripts/setup docs
-	@cmake --preset release --log-level=WARNING
+	@$(CONFIGURE) --preset release
 	@cmake --build build/release --target docs
 
 format:

@@ -128,7 +128,7 @@ Pose PoseOfMatrix(const py::object& object) {
   return MakePose(Eigen::Quaterniond(rotation), matrix.topRightCorner<3, 1>());
 }
 
-Array CornersOf(const TagMap& map) {
+Array MapCornersOf(const TagMap& map) {
   Array out({static_cast<py::ssize_t>(map.tags().size()), py::ssize_t{4}, py::ssize_t{3}});
   double* to = out.mutable_data();
   for (const Tag& tag : map.tags()) {
@@ -178,7 +178,7 @@ void BindMapAndCamera(py::module_& module) {
             return out;
           },
           "ids of the M tags")
-      .def_property_readonly("corners", &CornersOf,
+      .def_property_readonly("corners", &MapCornersOf,
                              "(M, 4, 3) in W [m]: bottom-left, bottom-right, top-right, top-left "
                              "of each tag as printed")
       .def("__len__", [](const TagMap& map) { return map.tags().size(); });

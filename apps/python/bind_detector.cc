@@ -35,7 +35,7 @@ TagDetection MakeDetection(int id, const py::object& corners, const py::object& 
   return out;
 }
 
-Array CornersOf(const TagDetection& tag) {
+Array TagCornersOf(const TagDetection& tag) {
   Corners out;
   for (Eigen::Index i = 0; i < 4; ++i) out.row(i) = tag.corners[static_cast<size_t>(i)];
   return FromMatrix(out);
@@ -83,7 +83,7 @@ covariance  (8, 8) of u1 v1 .. u4 v4 [px^2], or None where it is not known)")
       .def(py::init(&MakeDetection), py::arg("id"), py::arg("corners"),
            py::arg("covariance") = py::none())
       .def_readonly("id", &TagDetection::id, "the tag's number")
-      .def_property_readonly("corners", &CornersOf, "(4, 2) [px]")
+      .def_property_readonly("corners", &TagCornersOf, "(4, 2) [px]")
       .def_property_readonly("covariance", &CovarianceOf, "(8, 8) [px^2], or None")
       .def("__repr__", [](const TagDetection& tag) {
         return "<tagtwist.Detection: tag " + std::to_string(tag.id) + ">";

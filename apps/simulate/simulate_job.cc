@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/progress.h"

@@ -14,7 +14,7 @@
 namespace tagtwist {
 namespace {
 
-constexpr size_t kMostFrames = 60;          // that vote for a tag's place
+constexpr size_t kMostVotingFrames = 60;    // that vote for a tag's place
 constexpr double kAgreeTags = 0.25;         // places agree within this many tag sides
 constexpr double kAgreeRad = 0.2;           // and this angle
 constexpr double kFreeM = 1, kFreeRad = 1;  // priors that hold nothing
@@ -179,12 +179,12 @@ class Mapper {
   std::map<int, int> seen_;                             // frames, by id
 };
 
-// At most kMostFrames of them, evenly spread.
+// At most kMostVotingFrames of them, evenly spread.
 std::vector<Proposal> Thin(std::vector<Proposal> proposals) {
-  if (proposals.size() <= kMostFrames) return proposals;
+  if (proposals.size() <= kMostVotingFrames) return proposals;
   std::vector<Proposal> out;
-  for (size_t k = 0; k < kMostFrames; ++k) {
-    out.push_back(std::move(proposals[k * proposals.size() / kMostFrames]));
+  for (size_t k = 0; k < kMostVotingFrames; ++k) {
+    out.push_back(std::move(proposals[k * proposals.size() / kMostVotingFrames]));
   }
   return out;
 }

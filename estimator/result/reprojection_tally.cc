@@ -62,14 +62,6 @@ void AddSighting(int64_t t_ns, TagErrors* tag) {
 
 }  // namespace
 
-void RegionErrors::CloseBlock() {
-  for (RatioStatistic* statistic : {&squares, &u, &v}) statistic->CloseBlock();
-}
-
-void TagErrors::CloseBlock() {
-  for (RatioStatistic* statistic : {&squares, &x_m, &y_m, &px_per_m}) statistic->CloseBlock();
-}
-
 void ReprojectionTally::CloseBlock() {
   errors_.squares.CloseBlock();
   for (RegionErrors& cell : errors_.cells) cell.CloseBlock();

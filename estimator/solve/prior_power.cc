@@ -47,14 +47,15 @@ double TraceOfProduct(const BlockBandedMatrix& a, const BlockBandedMatrix& b) {
 
 // a x of a symmetric matrix.
 Eigen::VectorXd Product(const BlockBandedMatrix& a, const Eigen::VectorXd& x) {
-  constexpr int kSize = BlockBandedMatrix::kSize;
+  constexpr int kStateSize = BlockBandedMatrix::kSize;
   Eigen::VectorXd out = Eigen::VectorXd::Zero(x.size());
   for (int j = 0; j < a.size(); ++j) {
-    const auto x_j = x.segment<kSize>(kSize * j);
-    out.segment<kSize>(kSize * j) += a.At(j, j) * x_j;
+    const auto x_j = x.segment<kStateSize>(kStateSize * j);
+    out.segment<kStateSize>(kStateSize * j) += a.At(j, j) * x_j;
     for (int i = j + 1; i <= std::min(a.size() - 1, j + a.bandwidth()); ++i) {
-      out.segment<kSize>(kSize * i) += a.At(i, j) * x_j;
-      out.segment<kSize>(kSize * j) += a.At(i, j).transpose() * x.segment<kSize>(kSize * i);
+      out.segment<kStateSize>(kStateSize * i) += a.At(i, j) * x_j;
+      out.segment<kStateSize>(kStateSize * j) +=
+          a.At(i, j).transpose() * x.segment<kStateSize>(kStateSize * i);
     }
   }
   return out;

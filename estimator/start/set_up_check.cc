@@ -1,6 +1,7 @@
 #include "estimator/start/set_up_check.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "estimator/start/corner_order.h"

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "frontend/geometry/cross.h"
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/pose_refine.h"
 
@@ -13,10 +14,6 @@ namespace tagtwist {
 namespace {
 
 using Quad = std::array<Eigen::Vector2d, 4>;
-
-double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 // Corners of the square of side 2, p1..p4.
 std::vector<Eigen::Vector2d> UnitSquare() {

@@ -1,13 +1,8 @@
 #include "frontend/geometry/tag_outline.h"
 
+#include "frontend/geometry/cross.h"
+
 namespace tagtwist {
-namespace {
-
-double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-}  // namespace
 
 std::array<Eigen::Vector2d, 4> GrownOutline(const TagDetection& tag, double margin_of_side) {
   const auto& c = tag.corners;

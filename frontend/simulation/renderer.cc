@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
-#include "frontend/base/option_check.h"
 #include "frontend/base/random_stream.h"
 
 namespace tagtwist {
@@ -44,18 +42,6 @@ std::vector<const Patch*> SortFarToNear(const std::vector<Patch>& tags,
 }
 
 }  // namespace
-
-std::optional<std::string> RendererOptions::Problem() const {
-  for (const auto& problem :
-       {scene.Problem(), CheckRange("supersampling", supersampling, 1, 16),
-        CheckRange("blur_px", blur_px, 0, 20), CheckRange("vignetting", vignetting, 0, 1),
-        CheckRange("gradient", gradient, 0, 1),
-        CheckRange("gradient_direction_rad", gradient_direction_rad, -7, 7),
-        CheckRange("noise_grey", noise_grey, 0, 255)}) {
-    if (problem) return problem;
-  }
-  return std::nullopt;
-}
 
 Result<Renderer> Renderer::Make(const Camera& camera, const TagMap& map,
                                 const RendererOptions& options) {

@@ -2,27 +2,8 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <limits>
-
-#include "frontend/base/option_check.h"
 
 namespace tagtwist {
-
-std::optional<std::string> SceneOptions::Problem() const {
-  const double inf = std::numeric_limits<double>::infinity();
-  for (const auto& problem :
-       {CheckRange("paper_grey", paper_grey, 0, 255), CheckRange("ink_grey", ink_grey, 0, 255),
-        CheckRange("floor_grey", floor_grey, 0, 255),
-        CheckRange("background_grey", background_grey, 0, 255),
-        CheckRange("scribbles_per_m2", scribbles_per_m2, 0, 1e4),
-        CheckRange("occluders", occluders, 0, 1000),
-        CheckPositive("occluder_radius_m", occluder_radius_m),
-        CheckRange("occluder_height_m", occluder_height_m, 0, inf),
-        CheckRange("occluder_speed_mps", occluder_speed_mps, 0, inf)}) {
-    if (problem) return problem;
-  }
-  return std::nullopt;
-}
 
 // The point on the ray to `point`, p = camera + s (point - camera), lies on the patch's plane at
 // s = 1 / w with [u v 1]' / s = [half_u half_v centre - camera]^-1 (point - camera) =: [a b w]'.

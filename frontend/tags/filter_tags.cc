@@ -1,6 +1,7 @@
 #include "frontend/tags/filter_tags.h"
 
 #include <algorithm>
+#include <iterator>
 #include <unordered_map>
 
 namespace tagtwist {

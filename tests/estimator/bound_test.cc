@@ -11,7 +11,7 @@
 #include "tests/support/exact_model.h"
 #include "tests/support/tag_scene.h"
 
-namespace tagtwist {
+namespace tagtwist::bound_test {
 namespace {
 
 constexpr double kSigmaPx = 0.1;
@@ -166,4 +166,4 @@ TEST(Bounds, HalfTheNoiseGainsWhatTheReportSays) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::bound_test

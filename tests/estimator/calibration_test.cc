@@ -19,7 +19,7 @@
 #include "tests/support/calibration_flight.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::calibration_test {
 namespace {
 
 TEST(SlowCalibration, RecoversEverythingAtOnceWithinItsSigmas) {
@@ -231,4 +231,4 @@ TEST(RealDataCalibration, MapOfTheFloorMatHoldsForFramesNotFittedTo) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::calibration_test

@@ -7,7 +7,7 @@
 #include "tests/support/exact_model.h"
 #include "tests/support/window_run.h"
 
-namespace tagtwist {
+namespace tagtwist::estimator_test {
 namespace {
 
 double Nees(const FrameEstimate& estimate, const BodyState& truth) {
@@ -145,4 +145,4 @@ TEST_P(ExactModel, NoiseIsLearnedFromTheData) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::estimator_test

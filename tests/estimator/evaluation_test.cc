@@ -8,7 +8,7 @@
 #include "frontend/types/truth.h"
 #include "tests/support/evaluation_data.h"
 
-namespace tagtwist {
+namespace tagtwist::evaluation_test {
 namespace {
 
 TruthSample Sample(int64_t t_ns, double x, double yaw, std::optional<Twist> twist = {}) {
@@ -171,7 +171,7 @@ Accuracy AccuracyOfDraws(double claimed_scale) {
     const StateCovariance p = RealisticCovariance(rng);
     const StateVector error = p.llt().matrixL() * NormalVector(rng);
     // The truth is a draw around the estimate: Perturb is not symmetric in the second order.
-    const BodyState s = Retract({t.world_from_body, *t.twist}, -error);
+    const BodyState s = Retract(BodyState{t.world_from_body, *t.twist}, -error);
     estimate.push_back({t.t_ns, s.world_from_body, s.twist, claimed_scale * p});
   }
   return *Evaluate(estimate, truth, {});
@@ -211,4 +211,4 @@ TEST(Nees, SkipsWhatIsNoCovariance) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::evaluation_test

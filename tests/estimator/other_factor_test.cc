@@ -10,7 +10,7 @@
 #include "estimator/window/window_hypothesis.h"
 #include "tests/support/exact_model.h"
 
-namespace tagtwist {
+namespace tagtwist::other_factor_test {
 namespace {
 
 constexpr double kSigmaM = 2e-4;  // far better than the tags
@@ -170,4 +170,4 @@ TEST(OtherFactor, IsInTheWindowAndInWhatLeavesIt) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::other_factor_test

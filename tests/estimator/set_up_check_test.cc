@@ -8,7 +8,7 @@
 #include "estimator/start/corner_order.h"
 #include "tests/support/tag_views.h"
 
-namespace tagtwist {
+namespace tagtwist::set_up_check_test {
 namespace {
 
 using testing::HasSubstr;
@@ -137,4 +137,4 @@ TEST(SetUpCheck, TellsTheFactorOfAllSizes) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::set_up_check_test

@@ -8,7 +8,7 @@
 #include "frontend/geometry/quad_shape.h"
 #include "tests/support/tag_views.h"
 
-namespace tagtwist {
+namespace tagtwist::tag_gate_test {
 namespace {
 
 TEST(SquareMisfit, HasTwoDegreesOfFreedomLeft) {
@@ -108,4 +108,4 @@ TEST(TagGate, RefusesCornersThatAreBentInwards) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::tag_gate_test

@@ -8,7 +8,7 @@
 #include "estimator/start/recording_start.h"
 #include "tests/support/exact_model.h"
 
-namespace tagtwist {
+namespace tagtwist::trajectory_test {
 namespace {
 
 EstimatorSetup SetupFor(const ExactModelOptions& model) { return CourseSetup(GivenNoise(model)); }
@@ -115,4 +115,4 @@ TEST_P(TrajectoryTest, LongWithoutTagsTheCovarianceStaysTrue) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::trajectory_test

@@ -11,7 +11,7 @@
 #include "tests/support/tag_scene.h"
 #include "tests/support/window_run.h"
 
-namespace tagtwist {
+namespace tagtwist::window_choice_test {
 namespace {
 
 constexpr double kRateHz = 50;
@@ -197,4 +197,4 @@ TEST(WindowChoice, ALongStretchWithoutTagsEndsNothing) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::window_choice_test

@@ -9,7 +9,7 @@
 
 #include "tests/support/flight_scene.h"
 
-namespace tagtwist {
+namespace tagtwist::guided_detector_test {
 namespace {
 
 constexpr double kBorderPx = 4;
@@ -201,4 +201,4 @@ TEST(GuidedDetector, NothingIsFoundInEmptyImages) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::guided_detector_test

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace tagtwist {
+namespace tagtwist::twist_ransac_test {
 namespace {
 
 struct Scene {
@@ -119,4 +119,4 @@ TEST(EstimateTwistRansac, SaysWhyThereIsNoTwist) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::twist_ransac_test

@@ -10,7 +10,7 @@
 #include "tests/support/synthetic_estimate.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::compare_program_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -114,4 +114,4 @@ TEST(RealDataCompare, FiguresOfTheCourseAsMeasuredBefore) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::compare_program_test

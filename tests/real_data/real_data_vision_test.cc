@@ -14,7 +14,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "tests/support/tag_scene.h"
 
-namespace tagtwist {
+namespace tagtwist::real_data_vision_test {
 namespace {
 
 const std::filesystem::path kData = TAGTWIST_REAL_DATA_DIR;
@@ -200,4 +200,4 @@ TEST_F(RealDataVision, TracksLastOverTheFloorMat) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::real_data_vision_test

@@ -11,9 +11,9 @@
 namespace tagtwist {
 namespace {
 
-class Draw {
+class ErrorDraw {
  public:
-  explicit Draw(unsigned seed) : rng_(seed) {}
+  explicit ErrorDraw(unsigned seed) : rng_(seed) {}
   Eigen::Vector3d Normal3(double sigma) {
     return sigma * Eigen::Vector3d(normal_(rng_), normal_(rng_), normal_(rng_));
   }
@@ -56,7 +56,7 @@ Pose WorldFromBodyAt(double t, const CalibrationFlightOptions& options) {
 }
 
 Eigen::VectorXd Errors(const CalibrationState& state, const CalibrationFlightOptions& options,
-                       Draw* draw) {
+                       ErrorDraw* draw) {
   const CalibrationLayout layout = LayoutOf(state);
   Eigen::VectorXd out = Eigen::VectorXd::Zero(layout.size());
   for (int i = 0; i < layout.n_tags; ++i) {
@@ -99,7 +99,7 @@ std::optional<Eigen::Vector2d> SeeCorner(const CalibrationState& state,
 
 template <typename BodyAfter>
 std::optional<TagDetection> See(const CalibrationState& state, const Tag& tag,
-                                const BodyAfter& body_after, double sigma_px, Draw* draw) {
+                                const BodyAfter& body_after, double sigma_px, ErrorDraw* draw) {
   const std::array<Eigen::Vector3d, 4> corners = TagCornersInWorld(tag);
   TagDetection out;
   out.id = tag.id;
@@ -117,7 +117,7 @@ std::optional<TagDetection> See(const CalibrationState& state, const Tag& tag,
 
 CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options) {
   constexpr double kTruthStepS = 0.005, kStartS = 1;
-  Draw draw(options.random_seed);
+  ErrorDraw draw(options.random_seed);
   CalibrationFlight out;
   out.config = DefaultConfig();
   out.config.set_up.map = Mat(options);

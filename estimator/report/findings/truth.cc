@@ -9,12 +9,11 @@
 #include "frontend/base/chi_square.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/ratio_statistic.h"
+#include "frontend/base/units.h"
 #include "frontend/types/nees.h"
 
 namespace tagtwist {
 namespace {
-
-constexpr double kDegrees = 57.29577951308232;
 
 // Errors of one frame.
 struct FrameError {
@@ -180,7 +179,7 @@ std::vector<Finding> TruthFindings(const Estimate& estimate,
             "The mount (cam_from_body), the body's origin or truth's frame is another: "
             "tagtwist_compare --align handeye judges without it, --calibrate refines the mount.",
             &out);
-  AddOffset(errors, 0, kDegrees, "Attitude", "deg",
+  AddOffset(errors, 0, kDegreesPerRadian, "Attitude", "deg",
             "The mount's rotation, or the axes of truth's body, are others: tagtwist_compare "
             "--align handeye judges without it.",
             &out);

@@ -6,12 +6,12 @@
 
 #include "estimator/evaluation/error_bound.h"
 #include "frontend/base/format_text.h"
+#include "frontend/base/units.h"
 
 namespace tagtwist {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // RMSE / bound of the row with that key, as text of position, attitude, velocity, rate.
 std::string RatioText(const std::vector<ComparisonRow>& rows, ComparisonKey key) {
@@ -28,7 +28,7 @@ std::string RatioText(const std::vector<ComparisonRow>& rows, ComparisonKey key)
 std::vector<std::string> PoseCells(const std::string& name, const ErrorBound& b) {
   if (b.frames == 0) return {name, "0", "n/a", "n/a"};
   return {name, std::to_string(b.frames), Format("%.3f", 1e3 * b.position_m),
-          Format("%.4f", kDegrees * b.rotation_rad)};
+          Format("%.4f", kDegreesPerRadian * b.rotation_rad)};
 }
 
 TextTable Table(const EstimateBounds& bounds, const std::vector<ComparisonRow>& rows) {
@@ -76,7 +76,7 @@ double Sigma3(const StateCovariance& p, int first) {
 std::vector<double> OfFrames(const std::vector<FrameEstimate>& frames, int first, double unit) {
   std::vector<double> out;
   for (const FrameEstimate& f : frames) {
-    out.push_back(f.status == FrameStatus::kNoFix ? kNan : unit * Sigma3(f.covariance, first));
+    out.push_back(f.status == FrameStatus::kNoFix ? kNone : unit * Sigma3(f.covariance, first));
   }
   return out;
 }
@@ -85,7 +85,7 @@ std::vector<double> OfTags(const std::vector<FrameEstimate>& frames, int first, 
   std::vector<double> out;
   for (const FrameEstimate& f : frames) {
     out.push_back(f.pose_bound ? unit * std::sqrt(f.pose_bound->diagonal().segment<3>(first).sum())
-                               : kNan);
+                               : kNone);
   }
   return out;
 }
@@ -114,7 +114,7 @@ ReportSection BoundSection(const Estimate& e, const std::vector<ComparisonRow>& 
   return {"Bound",
           ParagraphHtml(Words(e, bounds.frame), "note") + TableHtml(Table(bounds, rows)),
           {Curves(e, t_s, slots, "position bound [mm]", 3, 1e3),
-           Curves(e, t_s, slots, "attitude bound [deg]", 0, kDegrees)}};
+           Curves(e, t_s, slots, "attitude bound [deg]", 0, kDegreesPerRadian)}};
 }
 
 }  // namespace tagtwist

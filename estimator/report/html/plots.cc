@@ -9,6 +9,7 @@
 
 #include "estimator/evaluation/alignment.h"
 #include "estimator/evaluation/truth_match.h"
+#include "frontend/base/units.h"
 #include "frontend/io/trajectories/vicon.h"
 #include "frontend/types/so3.h"
 #include "frontend/types/truth.h"
@@ -17,7 +18,7 @@ namespace tagtwist {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDegrees = 57.29577951308232, kBand = 3;
+constexpr double kBand = 3;
 constexpr size_t kTruthSlot = 0;
 
 // The twelve values of a plot row, [position m, roll pitch yaw deg, velocity m/s, rate rad/s], and
@@ -35,14 +36,15 @@ Shown Show(const PoseSample& sample) {
   const Eigen::Vector3d angles =
       ZxyFromRotation(Eigen::Quaterniond(sample.world_from_body.rotation()));
   out.value.head<3>() = sample.world_from_body.translation();
-  out.value.segment<3>(3) = kDegrees * angles;
+  out.value.segment<3>(3) = kDegreesPerRadian * angles;
   if (sample.twist) out.value.tail<6>() << sample.twist->v_world, sample.twist->omega_body;
   if (!sample.covariance) return out;
   const StateCovariance& p = *sample.covariance;
   const Eigen::Matrix3d rates = ZxyRatesFromBodyRates(angles);
   out.band.head<3>() = p.diagonal().segment<3>(3).cwiseSqrt();
   out.band.segment<3>(3) =
-      kDegrees * (rates * p.topLeftCorner<3, 3>() * rates.transpose()).diagonal().cwiseSqrt();
+      kDegreesPerRadian *
+      (rates * p.topLeftCorner<3, 3>() * rates.transpose()).diagonal().cwiseSqrt();
   out.band.tail<6>() = p.diagonal().tail<6>().cwiseSqrt();
   out.band *= kBand;
   return out;
@@ -52,11 +54,12 @@ Shown Show(const PoseSample& sample) {
 Shown ShowError(const PoseSample& estimate, const TruthSample& truth) {
   Shown out;
   const bool twist = estimate.twist && truth.twist;
-  const StateVector error = Difference({estimate.world_from_body, estimate.twist.value_or(Twist())},
-                                       {truth.world_from_body, truth.twist.value_or(Twist())});
+  const StateVector error =
+      Difference(BodyState{estimate.world_from_body, estimate.twist.value_or(Twist())},
+                 {truth.world_from_body, truth.twist.value_or(Twist())});
   const auto arrange = [](const StateVector& e) {
     StateVector shown;
-    shown << 1e3 * e.segment<3>(3), kDegrees * e.head<3>(), e.tail<6>();
+    shown << 1e3 * e.segment<3>(3), kDegreesPerRadian * e.head<3>(), e.tail<6>();
     return shown;
   };
   out.value = arrange(error);

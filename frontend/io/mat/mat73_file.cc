@@ -94,14 +94,14 @@ MatArray NotAnArray() {
 // Deflate, MATLAB's filter, makes data at most 1032 times smaller; what is stored nowhere reads as
 // zeros, and little of that is plausible.
 bool CanHold(hid_t dataset, size_t elements) {
-  constexpr uint64_t kMostRatio = 1032, kAlways = 1U << 20;
+  constexpr uint64_t kMostDeflation = 1032, kAlways = 1U << 20;
   const Handle type(H5Dget_type(dataset), H5Tclose);
   const uint64_t bytes = elements * std::max<uint64_t>(H5Tget_size(type.id()), 1);
   const Handle file(H5Iget_file_id(dataset), H5Fclose);
   hsize_t file_bytes = 0;
   if (H5Fget_filesize(file.id(), &file_bytes) < 0) return false;
   const uint64_t stored = std::min<uint64_t>(H5Dget_storage_size(dataset), file_bytes);
-  if (bytes > kAlways && bytes / kMostRatio > stored) return false;
+  if (bytes > kAlways && bytes / kMostDeflation > stored) return false;
   const Handle made(H5Dget_create_plist(dataset), H5Pclose);
   if (H5Pget_layout(made.id()) != H5D_CHUNKED) return bytes <= kAlways || bytes <= stored;
   std::array<hsize_t, H5S_MAX_RANK> sides{};
@@ -109,7 +109,7 @@ bool CanHold(hid_t dataset, size_t elements) {
   uint64_t chunk = bytes / std::max<size_t>(elements, 1);
   for (int i = 0; i < rank; ++i) {
     const uint64_t side = std::max<hsize_t>(sides[static_cast<size_t>(i)], 1);
-    if (chunk > (kAlways + kMostRatio * file_bytes) / side) return false;
+    if (chunk > (kAlways + kMostDeflation * file_bytes) / side) return false;
     chunk *= side;
   }
   return true;

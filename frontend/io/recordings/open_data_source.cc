@@ -15,8 +15,8 @@ bool Exists(const std::filesystem::path& path) {
 }
 
 bool IsBagFile(const std::string& path) {
-  constexpr std::string_view kMagic = "#ROSBAG";
-  return FirstBytes(path, kMagic.size()) == kMagic;
+  constexpr std::string_view kBagMagic = "#ROSBAG";
+  return FirstBytes(path, kBagMagic.size()) == kBagMagic;
 }
 
 }  // namespace

@@ -18,13 +18,6 @@
 namespace tagtwist {
 namespace {
 
-const YamlValue* Member(const YamlValue& mapping, const std::string& name) {
-  for (const auto& [key, value] : mapping.members) {
-    if (key == name) return &value;
-  }
-  return nullptr;
-}
-
 // The member that goes by one of several names; the first of them is told where there is none.
 const YamlValue* RequireOneOf(std::initializer_list<const char*> names, YamlSection* section) {
   for (const char* name : names) {

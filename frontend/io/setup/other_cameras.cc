@@ -7,13 +7,6 @@
 namespace tagtwist {
 namespace {
 
-const YamlValue* Member(const YamlValue& mapping, const std::string& name) {
-  for (const auto& [key, value] : mapping.members) {
-    if (key == name) return &value;
-  }
-  return nullptr;
-}
-
 // Numbers under some names, in that order; those that are absent are left out.
 std::vector<double> NumbersAt(YamlSection* section, const std::vector<std::string>& names) {
   std::vector<double> out;

@@ -9,6 +9,13 @@ std::string PrintableYaml(const std::string& text) {
   return text.size() > kMaxLength ? out + "..." : out;
 }
 
+const YamlValue* Member(const YamlValue& mapping, const std::string& name) {
+  for (const auto& [key, value] : mapping.members) {
+    if (key == name) return &value;
+  }
+  return nullptr;
+}
+
 std::string YamlValue::Describe() const {
   switch (kind) {
     case Kind::kNothing:

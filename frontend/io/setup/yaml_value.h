@@ -26,6 +26,9 @@ struct YamlValue {
   std::string Describe() const;
 };
 
+/// A mapping's member of that name, or nullptr.
+const YamlValue* Member(const YamlValue& mapping, const std::string& name);
+
 /// One line of plain text of at most 60 characters, whatever the bytes are.
 std::string PrintableYaml(const std::string& text);
 

@@ -5,16 +5,10 @@
 #include <utility>
 
 #include "frontend/base/files/input_file.h"
+#include "frontend/io/tables/trim.h"
 
 namespace tagtwist {
 namespace {
-
-std::string_view Trim(std::string_view text) {
-  const char* const blank = " \t\r";
-  const size_t first = text.find_first_not_of(blank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blank) - first + 1);
-}
 
 // "p_RS_R_x [m]" -> "p_RS_R_x"
 std::string_view WithoutUnit(std::string_view name) {

@@ -6,17 +6,10 @@
 #include <utility>
 
 #include "frontend/base/number_text.h"
+#include "frontend/io/tables/trim.h"
 
 namespace tagtwist {
 namespace {
-
-constexpr const char* kBlanks = " \t\r";
-
-std::string_view Trim(std::string_view text) {
-  const size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 std::string_view WithoutQuotes(std::string_view cell) {
   const bool quoted = cell.size() >= 2 && (cell.front() == '"' || cell.front() == '\'') &&

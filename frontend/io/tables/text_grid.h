@@ -8,6 +8,11 @@
 
 namespace tagtwist {
 
+/// "path:line: ", with which a message about a line begins.
+inline std::string Place(const std::string& path, int line) {
+  return path + ":" + std::to_string(line) + ": ";
+}
+
 /// The bytes of a text file as UTF-8 without a byte order mark; UTF-16 is converted. Refused: bytes
 /// that are no text.
 Result<std::string> DecodeText(std::string bytes, const std::string& path);

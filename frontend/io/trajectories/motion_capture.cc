@@ -71,10 +71,6 @@ std::optional<double> MetresIn(std::string_view unit) {
   return std::nullopt;
 }
 
-std::string Place(const std::string& path, const Row& row) {
-  return path + ":" + std::to_string(row.line) + ": ";
-}
-
 std::vector<Body> MotiveBodies(const Row& types, const Row& names, const Row& kinds) {
   std::vector<Body> out;
   for (size_t i = 2; i < types.cells.size(); ++i) {
@@ -180,7 +176,7 @@ Result<TrajectoryFile> QualisysPoses(const TextGrid& grid, const std::string& pa
   const auto x = std::find_if(names.cells.begin(), names.cells.end(), is_x);
   const auto time = std::find(names.cells.begin(), names.cells.end(), "Time");
   if (x == names.cells.end() || time == names.cells.end()) {
-    return Error{Place(path, names) + "expected the columns Time, X, Y, Z of a 6D export"};
+    return Error{Place(path, names.line) + "expected the columns Time, X, Y, Z of a 6D export"};
   }
   const auto x_column = static_cast<size_t>(x - names.cells.begin());
   const auto time_column = static_cast<size_t>(time - names.cells.begin());
@@ -196,7 +192,7 @@ Result<TrajectoryFile> QualisysPoses(const TextGrid& grid, const std::string& pa
     const Eigen::Matrix3d rotation = Eigen::Map<const Eigen::Matrix3d>(m->data());  // by columns
     const double off = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm();
     if (!(off < 1e-2) || !(rotation.determinant() > 0)) {
-      return Error{Place(path, row) + "Rot[0]..Rot[8]: expected a rotation"};
+      return Error{Place(path, row.line) + "Rot[0]..Rot[8]: expected a rotation"};
     }
     const Eigen::Quaterniond q = Eigen::Quaterniond(rotation).normalized();
     const Status added =
@@ -222,14 +218,14 @@ Read ReadMotive(const TextGrid& grid, const std::string& path, const std::string
   }
   if (types == nullptr) return Result<TrajectoryFile>(Choose({}, body, path).error());
   if (ValueOf(*first, "Rotation Type") != "Quaternion") {
-    return Result<TrajectoryFile>(Error{Place(path, *first) +
+    return Result<TrajectoryFile>(Error{Place(path, first->line) +
                                         "Motive's Euler angles are not read: export with " +
                                         "rotation type Quaternion"});
   }
   const std::string_view unit = ValueOf(*first, "Length Units");
   const auto metres = MetresIn(unit);
   if (!metres) {
-    return Result<TrajectoryFile>(Error{Place(path, *first) +
+    return Result<TrajectoryFile>(Error{Place(path, first->line) +
                                         "Length Units: expected Meters, Centimeters or " +
                                         "Millimeters, got " + QuoteForMessage(unit)});
   }
@@ -242,8 +238,8 @@ Read ReadVicon(const TextGrid& grid, const std::string& path, const std::string&
   const auto heading = FindViconHeading(grid);
   if (!heading) return std::nullopt;
   if (!(heading->rate_hz > 0)) {
-    return Result<TrajectoryFile>(
-        Error{Place(path, *heading->names) + "expected the rate [Hz] two lines above the names"});
+    return Result<TrajectoryFile>(Error{Place(path, heading->names->line) +
+                                        "expected the rate [Hz] two lines above the names"});
   }
   const auto chosen = Choose(ViconBodies(*heading), body, path);
   if (!chosen) return Result<TrajectoryFile>(chosen.error());
@@ -251,7 +247,7 @@ Read ReadVicon(const TextGrid& grid, const std::string& path, const std::string&
   const auto metres = MetresIn(CellOf(*heading->units, chosen->column + (quaternion ? 4 : 3)));
   if (!metres) {
     return Result<TrajectoryFile>(
-        Error{Place(path, *heading->units) + "expected the unit of TX, mm or m"});
+        Error{Place(path, heading->units->line) + "expected the unit of TX, mm or m"});
   }
   return ViconPoses(grid, path, *heading, chosen->column, *metres);
 }
@@ -261,7 +257,7 @@ Read ReadQualisys(const TextGrid& grid, const std::string& path, const std::stri
   if (data == nullptr || Line(grid, "FREQUENCY") == nullptr) return std::nullopt;
   if (CellOf(*data, 1) != "6D") {
     return Result<TrajectoryFile>(
-        Error{Place(path, *data) + "points have no attitudes: export 6D data"});
+        Error{Place(path, data->line) + "points have no attitudes: export 6D data"});
   }
   const Row* bodies = Line(grid, "BODY_NAMES");
   std::vector<Body> known;
@@ -273,13 +269,13 @@ Read ReadQualisys(const TextGrid& grid, const std::string& path, const std::stri
   const Row& names = grid.heading().back();
   const auto matrix = FirstMatrixColumn(names);
   if (!matrix) {
-    return Result<TrajectoryFile>(
-        Error{Place(path, names) + "a Qualisys file does not tell the order of its Euler angles: " +
-              "export the rotation matrix (Rot[0] to Rot[8]) with it"});
+    return Result<TrajectoryFile>(Error{
+        Place(path, names.line) + "a Qualisys file does not tell the order of its Euler angles: " +
+        "export the rotation matrix (Rot[0] to Rot[8]) with it"});
   }
   if (known.size() > 1) {
     return Result<TrajectoryFile>(
-        Error{Place(path, names) + "several bodies: export the one alone"});
+        Error{Place(path, names.line) + "several bodies: export the one alone"});
   }
   return QualisysPoses(grid, path, names, *matrix);
 }

@@ -1,7 +1,5 @@
 #include "frontend/io/trajectories/trajectory_file.h"
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -14,23 +12,6 @@
 #include "frontend/io/trajectories/truth_parts.h"
 
 namespace tagtwist {
-
-Result<Pose> PoseFromNumbers(const std::vector<double>& xyz_qxyzw) {
-  const std::vector<double>& n = xyz_qxyzw;
-  const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
-  const double norm = rotation.norm();
-  if (!(std::abs(norm - 1) <= 1e-2)) {
-    return Error{"quaternion: expected unit norm, got " + FormatNumber(norm)};
-  }
-  return MakePose(rotation.normalized(), {n[0], n[1], n[2]});
-}
-
-bool AllHaveTwist(const std::vector<TruthSample>& truth) {
-  for (const TruthSample& sample : truth) {
-    if (!sample.twist) return false;
-  }
-  return !truth.empty();
-}
 
 Result<TrajectoryFile> ReadTrajectoryFile(const std::string& path, const std::string& body) {
   if (IsMatFile(path)) {

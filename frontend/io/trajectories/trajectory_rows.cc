@@ -1,16 +1,9 @@
 #include "frontend/io/trajectories/trajectory_rows.h"
 
+#include "frontend/io/tables/text_grid.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
 namespace tagtwist {
-namespace {
-
-std::string Place(const std::string& path, int line) {
-  return path + ":" + std::to_string(line) + ": ";
-}
-
-}  // namespace
-
 Status TrajectoryRows::Add(int line, int64_t t_ns, const std::vector<double>& xyz_qxyzw) {
   ++rows_;
   last_was_taken_ = false;

@@ -18,10 +18,6 @@
 namespace tagtwist {
 namespace {
 
-std::string Place(const std::string& path, int line) {
-  return path + ":" + std::to_string(line) + ": ";
-}
-
 bool IsNotANumber(std::string_view cell) {
   return cell.empty() || cell == "nan" || cell == "NaN" || cell == "-nan" || cell == "NAN";
 }

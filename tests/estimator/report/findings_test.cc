@@ -6,7 +6,7 @@
 #include "estimator/batch/batch.h"
 #include "tests/support/calibration_flight.h"
 
-namespace tagtwist {
+namespace tagtwist::findings_test {
 namespace {
 
 using testing::HasSubstr;
@@ -183,4 +183,4 @@ TEST(Findings, StretchesAreTheLongestInOrderOfTime) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::findings_test

@@ -14,7 +14,7 @@
 #include "tests/support/synthetic_estimate.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::result_writer_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -157,7 +157,7 @@ TEST(StatesCsv, StatesClosedFormAndSigmasReadBack) {
   const auto near = [](const PoseSample& a, const PoseSample& b) {
     EXPECT_EQ(a.t_ns, b.t_ns);
     ASSERT_EQ(a.twist.has_value(), b.twist.has_value());
-    const StateVector d = Difference({a.world_from_body, a.twist.value_or(Twist())},
+    const StateVector d = Difference(BodyState{a.world_from_body, a.twist.value_or(Twist())},
                                      {b.world_from_body, b.twist.value_or(Twist())});
     EXPECT_LT(d.norm(), 1e-8);
   };
@@ -225,4 +225,4 @@ TEST(CovarianceCsv, WithoutItThereIsNoNees) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::result_writer_test

@@ -16,7 +16,7 @@
 #include "tests/support/exact_model.h"
 #include "tests/support/simulated_flight.h"
 
-namespace tagtwist {
+namespace tagtwist::systematic_errors_test {
 namespace {
 
 using testing::AllOf;
@@ -229,4 +229,4 @@ TEST(SystematicErrors, WidenTheCovarianceAndLeaveTheStatesAlone) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::systematic_errors_test

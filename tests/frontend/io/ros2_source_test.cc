@@ -12,7 +12,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::ros2_source_test {
 namespace {
 
 using eprosima::fastcdr::Cdr;
@@ -191,4 +191,4 @@ TEST_F(Ros2Bags, AHostileMessageIsABadImage) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::ros2_source_test

@@ -17,7 +17,7 @@
 #include "tests/support/spoiled_text.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::tag_map_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -195,4 +195,4 @@ TEST(TagMapFile, IsNamedInAConfigurationBesideIt) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::tag_map_file_test

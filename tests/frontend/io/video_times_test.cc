@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tagtwist {
+namespace tagtwist::video_times_test {
 namespace {
 
 using Stamps = std::vector<int64_t>;
@@ -40,4 +40,4 @@ TEST(VideoTimes, WithoutAnyTimeTheRateCounts) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::video_times_test
