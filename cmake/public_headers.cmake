@@ -43,6 +43,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   estimator/result/estimate.h
   estimator/result/reprojection_errors.h
   estimator/result/run_facts.h
+  estimator/result/systematic_share.h
   estimator/batch/batch.h
   estimator/window/sliding_window.h
   estimator/window/window_output.h
