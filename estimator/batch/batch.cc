@@ -8,6 +8,7 @@
 #include "estimator/batch/batch_states.h"
 #include "estimator/batch/model_choice.h"
 #include "estimator/batch/steady_clock.h"
+#include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
@@ -157,7 +158,7 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
     solution = SolveAndLearn(setup_, options, input, noise);
     if (!solution) return solution;
   }
-  return solution;
+  return LetMotionVary(setup_, options, std::move(*solution), input, noise);
 }
 
 void BatchEstimator::Impl::FillFrames(const Measurements& measurements,

@@ -70,13 +70,24 @@ void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetec
   factor->information = own ? 1 : 1 / (sigma_px * sigma_px);
 }
 
+// One part's prior over an interval: with its scale, and never so stiff that its information would
+// drown the measurements' in rounding.
+MotionPrior PriorOver(const MotionPrior& prior, double scale, double dt_s) {
+  constexpr double kMostInformation = 1e18;  // corners may tell 1e7 / m^2
+  const double root = RootInformation({prior.on, 1.0}, dt_s)(0, 0);
+  return {prior.on, std::max(scale * prior.psd, root * root / kMostInformation)};
+}
+
 void SetMotionNoise(const Graph& graph, const NoiseModel& noise, Factor* factor) {
+  const GraphState& end = graph.states[static_cast<size_t>(factor->blocks.back().index)];
   const int64_t from_ns = graph.states[static_cast<size_t>(factor->blocks.front().index)].t_ns,
-                to_ns = graph.states[static_cast<size_t>(factor->blocks.back().index)].t_ns;
+                to_ns = end.t_ns;
   TAGTWIST_CHECK(to_ns > from_ns, "a graph's stamps grow, but " + std::to_string(to_ns) +
                                       " ns comes after " + std::to_string(from_ns) + " ns");
+  const double dt_s = ToSeconds(to_ns - from_ns);
   const auto cost =
-      std::make_shared<MotionResidual>(ToSeconds(to_ns - from_ns), noise.linear, noise.angular);
+      std::make_shared<MotionResidual>(dt_s, PriorOver(noise.linear, end.motion.linear, dt_s),
+                                       PriorOver(noise.angular, end.motion.angular, dt_s));
   factor->own_log_det = cost->LogDetInformation();
   factor->cost = cost;
 }
@@ -210,7 +221,7 @@ Graph BuildWholeGraph(const EstimatorSetup& setup, const NoiseModel& noise,
                       const GraphInput& input) {
   Graph graph;
   for (const GraphFrame& frame : input.frames) {
-    graph.states.push_back(ToGraphState(frame.t_ns, frame.state, frame.acceleration));
+    graph.states.push_back(ToGraphState(frame.t_ns, frame.state, frame.acceleration, frame.motion));
   }
   graph.factors.push_back(input.prior ? *input.prior : FirstRatesPrior(noise));
   for (size_t k = 0; k < input.frames.size(); ++k) {

@@ -36,6 +36,7 @@ struct GraphFrame {
   int64_t t_ns = 0;
   BodyState state;                 // where the solve starts, and then its result
   Acceleration acceleration;       // at the start, and then its result
+  MotionScale motion;              // from the frame before to this one
   std::vector<TagDetection> tags;  // accepted ones
   /// What else was measured: factors on this frame's state, index 0 in their blocks, and on those
   /// before it, -1, -2, ... Where one of these has left, the prior holds the factor.

@@ -2,8 +2,10 @@
 
 namespace tagtwist {
 
-GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration) {
+GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration,
+                        const MotionScale& motion) {
   GraphState out;
+  out.motion = motion;
   out.t_ns = t_ns;
   out.pose = state.world_from_body;
   out.rates << state.twist.v_world, state.twist.omega_body, acceleration.a_world,

@@ -13,6 +13,12 @@ struct Acceleration {
   Eigen::Vector3d alpha_body = Eigen::Vector3d::Zero();
 };
 
+/// By what the motion prior's densities are multiplied over an interval: motion is not of one kind
+/// throughout (motion_banks.h).
+struct MotionScale {
+  double linear = 1, angular = 1;
+};
+
 /// A state as the solver holds it. Its error state, 18 entries: that of BodyState, then
 /// [a_world(3); alpha_body(3)].
 struct GraphState {
@@ -20,8 +26,10 @@ struct GraphState {
   Pose pose;  // world_from_body
   Eigen::Matrix<double, 12, 1> rates =
       Eigen::Matrix<double, 12, 1>::Zero();  // [v_world; omega_body; a_world; alpha_body]
+  MotionScale motion;                        // from the state before to this one
 };
-GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration);
+GraphState ToGraphState(int64_t t_ns, const BodyState& state, const Acceleration& acceleration,
+                        const MotionScale& motion = {});
 BodyState ToBodyState(const GraphState& state);
 Acceleration ToAcceleration(const GraphState& state);
 /// A step in the error state of GraphState.

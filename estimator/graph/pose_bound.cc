@@ -12,8 +12,9 @@ namespace {
 // fixed.
 constexpr double kLeastInformation = 1e-11;
 
-// Inverse of an information matrix, or nullopt where it is singular.
-std::optional<PoseCovariance> Invert(const PoseCovariance& information) {
+}  // namespace
+
+std::optional<PoseCovariance> InverseInformation(const PoseCovariance& information) {
   const Eigen::Matrix<double, 6, 1> scale = information.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return std::nullopt;
   const PoseCovariance scaled = scale.asDiagonal() * information * scale.asDiagonal();
@@ -33,8 +34,6 @@ std::optional<PoseCovariance> Invert(const PoseCovariance& information) {
   return PoseCovariance(half * half.transpose());
 }
 
-}  // namespace
-
 std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corner_sigma_px,
                                         const Pose& world_from_body,
                                         const std::vector<TagDetection>& tags) {
@@ -48,7 +47,7 @@ std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corn
     if (!cost.Linearize(world_from_body.params.data(), &residual, &whitened)) return std::nullopt;
     information += whitened.transpose().lazyProduct(whitened);
   }
-  return Invert(information);
+  return InverseInformation(information);
 }
 
 }  // namespace tagtwist

@@ -17,4 +17,8 @@ std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corn
                                         const Pose& world_from_body,
                                         const std::vector<TagDetection>& tags);
 
+/// Inverse of an information matrix of a pose; nullopt where it is singular: a direction has next
+/// to none beside the others, each in its own unit.
+std::optional<PoseCovariance> InverseInformation(const PoseCovariance& information);
+
 }  // namespace tagtwist

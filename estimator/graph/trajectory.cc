@@ -149,10 +149,15 @@ Interpolation Interpolate(const GraphState& first, const GraphState& second,
 
 std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
   if (states.empty()) return std::nullopt;
+  const auto scaled = [](const MotionPrior& prior, double scale) {
+    return MotionPrior{prior.on, scale * prior.psd};
+  };
   const auto at_end = [&](size_t k) -> StateAndCovariance {
     const double tau_s = ToSeconds(t_ns - states[k].t_ns);
+    const MotionScale& scale = states[k == 0 && states.size() > 1 ? 1 : k].motion;
     const Interpolation at =
-        Interpolate(states[k], states[k], Outside(linear, tau_s), Outside(angular, tau_s));
+        Interpolate(states[k], states[k], Outside(scaled(linear, scale.linear), tau_s),
+                    Outside(scaled(angular, scale.angular), tau_s));
     const auto jacobian = at.jacobian.leftCols<kSize>();
     return {at.state, jacobian * covariances[k] * jacobian.transpose() + at.conditional};
   };
@@ -164,8 +169,10 @@ std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
   const auto k = static_cast<size_t>(after - states.begin()) - 1;
   const double tau_s = ToSeconds(t_ns - states[k].t_ns);
   const double dt_s = ToSeconds(states[k + 1].t_ns - states[k].t_ns);
-  const Interpolation at = Interpolate(states[k], states[k + 1], Inside(linear, tau_s, dt_s),
-                                       Inside(angular, tau_s, dt_s));
+  const MotionScale& scale = states[k + 1].motion;
+  const Interpolation at =
+      Interpolate(states[k], states[k + 1], Inside(scaled(linear, scale.linear), tau_s, dt_s),
+                  Inside(scaled(angular, scale.angular), tau_s, dt_s));
   Eigen::Matrix<double, 2 * kSize, 2 * kSize> joint;
   joint << covariances[k], cross_covariances[k].transpose(), cross_covariances[k],
       covariances[k + 1];

@@ -187,7 +187,7 @@ MotionBank::Covariance MotionBank::MixtureCovariance() const {
   return out;
 }
 
-Eigen::Vector2d MotionBank::Excess() const {
+Eigen::Vector2d MotionBank::ExcessVariance() const {
   const State mean = Mean();
   Eigen::Vector2d mixture = Eigen::Vector2d::Zero(), log_of_mean = Eigen::Vector2d::Zero();
   for (size_t i = 0; i < filters_.size(); ++i) {
@@ -198,7 +198,8 @@ Eigen::Vector2d MotionBank::Excess() const {
       log_of_mean(part) += weights_[i] * std::log(own);  // a variance goes with a density's power
     }
   }
-  return (mixture.array() / log_of_mean.array().exp()).max(1.0);
+  constexpr int kAxes = 3;
+  return (mixture.array() - log_of_mean.array().exp()).max(0.0) / kAxes;
 }
 
 void MotionBank::MoveOrigin(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin) {

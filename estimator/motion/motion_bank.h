@@ -55,9 +55,9 @@ class MotionBank {
   /// The mixture's.
   State Mean() const;
   Covariance MixtureCovariance() const;
-  /// By how much the mixture's variance of x and of dx/dt (summed over the axes) exceeds that of a
-  /// filter with the mean density: >= 1, large while it is open which class holds.
-  Eigen::Vector2d Excess() const;
+  /// By how much the mixture's variances of x and of dx/dt (the mean of the axes) exceed those of a
+  /// filter with the mean density: >= 0, large while it is open which class holds.
+  Eigen::Vector2d ExcessVariance() const;
 
   /// x is from now on measured from another origin: x becomes rotation * x - origin.
   void MoveOrigin(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin);

@@ -52,6 +52,10 @@ class QuadraticChain {
   /// Changes factors, by costs of the same blocks: another noise. Forms are kept where they hold
   /// under it.
   void ChangeFactors(const std::function<void(const Graph&, Factor*)>& change);
+  /// Another scale of the motion that leads to a state; a factor gets it with ChangeFactors.
+  void SetMotion(int state, const MotionScale& scale) {
+    graph_.states[static_cast<size_t>(state)].motion = scale;
+  }
   /// Puts these in the place of all factors on a state's pose alone.
   void ReplaceFactorsOfPose(int state, std::vector<Factor> factors);
   /// A state after the last one, and then what was measured of it, on it and those before it.

@@ -112,11 +112,4 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
   return out;
 }
 
-bool IsWithinReach(const Pose& from, const Pose& to, double dt_s) {
-  constexpr double kFastestMps = 10, kFastestRadps = 20;
-  constexpr double kNoiseM = 0.02, kNoiseRad = 0.1;  // of poses from single frames
-  return (to.translation() - from.translation()).norm() < kNoiseM + kFastestMps * dt_s &&
-         AngleBetween(from, to) < kNoiseRad + kFastestRadps * dt_s;
-}
-
 }  // namespace tagtwist

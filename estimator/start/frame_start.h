@@ -25,8 +25,4 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
                        const FrameMeasurements& measurement, const GraphFrame* last,
                        const std::optional<StateAndCovariance>& predicted);
 
-/// Whether a body could have gone from one pose to the other in dt_s: at less than 10 m/s and
-/// 20 rad/s.
-bool IsWithinReach(const Pose& from, const Pose& to, double dt_s);
-
 }  // namespace tagtwist

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/start/leaps.h"
 #include "estimator/start/pose_path.h"
 
 namespace tagtwist {
@@ -103,7 +104,13 @@ Result<std::vector<GraphFrame>> StartFrames(const EstimatorSetup& setup,
                                             const std::vector<FrameMeasurements>& measurements) {
   std::vector<GraphFrame> frames(measurements.size());
   for (size_t i = 0; i < frames.size(); ++i) frames[i].t_ns = measurements[i].t_ns;
-  const std::vector<size_t> known = StartPoses(setup, measurements, &frames);
+  std::vector<size_t> known = StartPoses(setup, measurements, &frames);
+  const std::vector<bool> leaps = Leaps(setup, frames);
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (leaps[i]) frames[i].tags.clear();
+  }
+  known.erase(std::remove_if(known.begin(), known.end(), [&](size_t i) { return leaps[i]; }),
+              known.end());
   if (known.empty()) return Error{"no frame has a tag of the map that gives a pose"};
   FillPosesBetween(known, &frames);
   StartTwists(measurements, &frames);

@@ -7,6 +7,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/graph/trajectory.h"
+#include "estimator/motion/tags_alone.h"
 #include "estimator/result/estimate.h"
 #include "estimator/result/reprojection_tally.h"
 #include "estimator/result/tag_audit.h"
@@ -16,6 +17,7 @@
 #include "estimator/start/tag_gate.h"
 #include "estimator/window/other_place.h"
 #include "estimator/window/prediction_check.h"
+#include "estimator/window/stamp_check.h"
 #include "estimator/window/window_hypothesis.h"
 #include "estimator/window/window_output.h"
 #include "estimator/window/window_power.h"
@@ -30,10 +32,10 @@ class FixedLagSmoother {
   explicit FixedLagSmoother(EstimatorSetup setup);
 
   /// Stamps must grow. After an error, when what is seen cannot be what the set-up says
-  /// (SetUpCheck), no frame may follow. Where the frames in the window have no common solution it
-  /// starts anew from the newest alone, learns its noise anew, and says so among its warnings.
-  /// Where the time is up the state is what the iterations until then give, the noise is learned
-  /// over several frames, and the state is kHurried.
+  /// (SetUpCheck), no frame may follow. Where the frames have no common solution, or tags that
+  /// agree with one another contradict all that went before, it starts anew, and says so in its
+  /// warnings. Where the time is up the state is what the iterations until then give, the noise is
+  /// learned over several frames, and the state is kHurried.
   Result<WindowOutput> Add(const FrameMeasurements& given, const TimeUp& time_up = {});
   /// Whether all that was seen may be what the set-up says: for short recordings, at their end.
   Status CheckSetUp() const { return set_up_check_.Finish(); }
@@ -49,32 +51,60 @@ class FixedLagSmoother {
   ReprojectionErrorsByPlace Reprojection() const { return reprojection_.Errors(); }
 
  private:
+  static constexpr int kFramesToSettle = 5;  // after a restart
+  // A frame that saw nothing, or whose stamp cannot be.
+  struct Unseen {
+    int64_t t_ns = 0;
+    ClosedForm closed_form;
+    int n_tracks = 0;
+    std::optional<PoseMeasurement> pose = {};  // that its tags say alone, under such a stamp
+    double open_s = 0;                         // what such a stamp may be off by
+    std::optional<Pose> elsewhere = {};        // that its tags say and the motion excludes
+  };
   // What the solve does not need of a frame.
   struct Seen {
     ClosedForm closed_form;
     int n_tracks = 0;
     std::vector<TagDetection> tags;  // all of them
+    std::vector<Unseen> after;       // until the next frame
+    bool is_doubted = false;         // by those before it, and its tags do not agree
+    bool is_told = false;            // among the lagged ones, in a gap that is longer than the lag
   };
 
+  FrameStarts Start(const FrameMeasurements& measurement, WindowOutput* out);
+  bool IsBreak(const FrameMeasurements& measurement, const FrameStarts& starts) const;
+  void TakeOutranking(const FrameMeasurements& measurement, FrameStarts* starts) const;
+  bool IsLeap(const FrameMeasurements& measurement, const FrameStarts& starts) const;
+  std::optional<PoseMeasurement> OutOfReach(const FrameMeasurements& measurement,
+                                            const FrameStarts& starts) const;
+  void LeaveAll(WindowOutput* out);
+  void StartAnew(int64_t t_ns, WindowOutput* out);
+  std::optional<std::string> RestartWarning() const;
+  bool IsDoubted(const GraphFrame& frame) const;
+  std::optional<PoseMeasurement> PoseOutOfTime(const FrameMeasurements& measurement) const;
+  void AddUnseen(const Unseen& unseen, const FrameMeasurements& measurement, WindowOutput* out);
+  void TellBeforeTheGapEnds(WindowOutput* out);
+  void Tell(int state, std::vector<FrameEstimate>* out) const;
+  FrameEstimate EstimateOfUnseen(int state, const Unseen& unseen) const;
+  bool Solve(const FrameMeasurements& measurement, const FrameStarts& starts,
+             const TimeUp& time_up);
   void AddFrame(const FrameMeasurements& measurement, const FrameStarts& starts);
+  void FollowMotion();
+  void LetMotionVary(WindowHypothesis* hypothesis) const;
+  StateVector ExcessVariances(const WindowHypothesis& hypothesis) const;
   SolveOptions StepOptions(const TimeUp& time_up = {}) const;
   Status SolveAll(const TimeUp& time_up);
   Status LearnAtFirst(const TimeUp& time_up, WindowHypothesis* hypothesis);
+  Status BendToNewest(const TimeUp& time_up, WindowHypothesis* hypothesis);
   Status SolveOne(const TimeUp& time_up, WindowHypothesis* hypothesis);
   void CompareWithMirroredPoses();
+  bool IsMirrorOpen() const;
   double GapSeconds(const WindowHypothesis& hypothesis, int state) const;
   FrameEstimate EstimateOf(int state) const;
   std::vector<FrameEstimate> EstimatesOfAll() const;
   NoiseStatistics StatisticsOfLeaving() const;
   void LearnFromLeavingState();
   void LetTheOldestLeave();
-  /// All that the window holds is forgotten: what follows has nothing to do with it.
-  void Break();
-  /// After a failed solve: from what the newest frame's tags say, false where that is nothing. The
-  /// rows of the others are those that were told when they came.
-  bool StartAnew(const FrameMeasurements& measurement, const std::vector<TagDetection>& all_tags,
-                 const TimeUp& time_up, WindowOutput* out);
-  std::optional<std::string> RestartWarning() const;
   void Forget(size_t n_frames);
 
   EstimatorSetup setup_;
@@ -84,7 +114,6 @@ class FixedLagSmoother {
   TrackSegmenter segmenter_;
   int first_frame_ = 0;                       // in the window, counted from the first one added
   std::vector<Seen> seen_;                    // of the frames in the window
-  std::vector<FrameEstimate> told_;           // of the same frames, when they came
   std::vector<WindowHypothesis> hypotheses_;  // the likeliest first; none before the first tag
   bool mirror_is_open_ = true;                // since the start
   double mirror_angle_rad_ = 0;               // the largest of the frames in the window
@@ -93,12 +122,16 @@ class FixedLagSmoother {
   std::optional<int64_t> last_tag_ns_;        // of the frames that left
   TagAudit audit_;                            // of the frames that left
   ReprojectionTally reprojection_;            // of the frames that left
+  StampCheck stamps_;                         // of all frames
   PredictionCheck prediction_check_;          // of the frames that left
   WindowPower power_;                         // of the frames that left
   NoiseStatistics statistics_;                // of the frames that left, fading
   bool has_learned_ = false;
-  int frames_of_learning_ = 0;        // that were too short for it
-  std::vector<int64_t> restarts_ns_;  // stamps at which it was started anew
+  size_t restarts_ = 0;
+  int restarts_in_a_row_ = 0;  // each before the frames since the last one told of the motion
+  int frames_since_restart_ = 0;
+  int64_t first_restart_ns_ = 0;
+  int frames_of_learning_ = 0;  // that were too short for it
 };
 
 }  // namespace tagtwist

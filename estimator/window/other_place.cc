@@ -1,6 +1,6 @@
 #include "estimator/window/other_place.h"
 
-#include "estimator/start/frame_start.h"
+#include "estimator/start/leaps.h"
 
 namespace tagtwist {
 

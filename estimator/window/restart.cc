@@ -1,13 +1,107 @@
+// Where a new frame starts, and where it has nothing to do with those before.
+#include <algorithm>
+#include <cmath>
 #include <string>
+#include <utility>
 
-#include "estimator/solve/noise_learning.h"
-#include "estimator/solve/smoother.h"
+#include "estimator/start/leaps.h"
 #include "estimator/window/fixed_lag_smoother.h"
 #include "frontend/base/format_text.h"
 
 namespace tagtwist {
+namespace {
 
-void FixedLagSmoother::Break() {
+// As IsWithinReach, but beyond what the tags' own uncertainty may make of it.
+bool IsOutOfReach(const Pose& from, const PoseMeasurement& to, double dt_s) {
+  constexpr double kSigmas = 6;
+  PoseStep nearest = Difference(to.world_from_body, from);
+  for (int part = 0; part < 6; part += 3) {
+    const double sigma =
+        std::sqrt((part == 0 ? to.attitude_covariance : to.position_covariance).trace());
+    const double size = nearest.segment<3>(part).norm();
+    nearest.segment<3>(part) *= std::max(0.0, size - kSigmas * sigma) / std::max(size, 1e-9);
+  }
+  return !IsWithinReach(from, Retract(from, nearest), dt_s);
+}
+
+}  // namespace
+
+// Where the new frame starts; where it cannot follow from those before, the window has been left.
+FrameStarts FixedLagSmoother::Start(const FrameMeasurements& measurement, WindowOutput* out) {
+  // Fewer frames know too little of the motion to exclude a pose.
+  constexpr size_t kFramesToRelyOn = 5;
+  std::optional<StateAndCovariance> predicted;
+  if (seen_.size() >= kFramesToRelyOn) predicted = PredictAt(measurement.t_ns);
+  const GraphFrame* last = hypotheses_.empty() ? nullptr : &hypotheses_[0].input.frames.back();
+  FrameStarts starts = StartFrame(setup_, noise_, measurement, last, predicted);
+  if (predicted) TakeOutranking(measurement, &starts);
+  if (IsLeap(measurement, starts)) {
+    starts.excluded = starts.starts[0].state.world_from_body;
+    starts.starts[0].state = last->state;
+    starts.starts[0].tags.clear();
+  }
+  if (other_place_.Add(starts.excluded, measurement) || IsBreak(measurement, starts)) {
+    StartAnew(measurement.t_ns, out);
+    starts = StartFrame(setup_, noise_, measurement, nullptr, std::nullopt);
+  }
+  return starts;
+}
+
+// Tags that agree with one another are not set aside for what was predicted; others need more than
+// one frame that tells another place (OtherPlace).
+void FixedLagSmoother::TakeOutranking(const FrameMeasurements& measurement,
+                                      FrameStarts* starts) const {
+  if (starts->starts.empty() || 2 * starts->starts[0].tags.size() > measurement.tags.size()) return;
+  const GraphFrame& last = hypotheses_[0].input.frames.back();
+  FrameStarts free = StartFrame(setup_, noise_, measurement, &last, std::nullopt);
+  if (free.starts.empty()) return;
+  const GraphFrame& frame = free.starts[0];
+  const auto alone =
+      PoseOfTags(setup_, noise_.corner_sigma_px, frame.tags, frame.state.world_from_body);
+  if (!alone || !alone->is_consensus) return;
+  free.starts.resize(1);
+  *starts = std::move(free);
+}
+
+// Tags that agree with one another where no body could have gone meanwhile; or a turn since the
+// last frame that the motion prior's local variable does not reach.
+bool FixedLagSmoother::IsBreak(const FrameMeasurements& measurement,
+                               const FrameStarts& starts) const {
+  constexpr double kGapS = 0.2, kMostTurnRad = 2.5;
+  if (hypotheses_.empty() || starts.starts.empty() || starts.starts[0].tags.empty()) return false;
+  const GraphFrame& last = hypotheses_[0].input.frames.back();
+  const double dt_s = ToSeconds(measurement.t_ns - last.t_ns);
+  if (dt_s > kGapS && last.state.twist.omega_body.norm() * dt_s > kMostTurnRad) return true;
+  const auto alone = OutOfReach(measurement, starts);
+  return alone && alone->is_consensus;
+}
+
+// Tags that do not outrank the frames before, of one pose, where no body could have gone meanwhile:
+// they count as little as those that a prediction excludes.
+bool FixedLagSmoother::IsLeap(const FrameMeasurements& measurement,
+                              const FrameStarts& starts) const {
+  if (hypotheses_.size() != 1 || starts.starts.size() != 1 || starts.starts[0].tags.empty()) {
+    return false;
+  }
+  const auto alone = OutOfReach(measurement, starts);
+  return alone && !alone->is_consensus;
+}
+
+// The pose that the tags say by themselves, if no body could have gone there since the last frame.
+std::optional<PoseMeasurement> FixedLagSmoother::OutOfReach(const FrameMeasurements& measurement,
+                                                            const FrameStarts& starts) const {
+  const GraphFrame &last = hypotheses_[0].input.frames.back(), &next = starts.starts[0];
+  const double dt_s = ToSeconds(measurement.t_ns - last.t_ns);
+  const Pose &from = last.state.world_from_body, &to = next.state.world_from_body;
+  if (IsWithinReach(from, to, dt_s)) return std::nullopt;
+  const auto alone = PoseOfTags(setup_, noise_.corner_sigma_px, next.tags, to);
+  if (!alone || !IsOutOfReach(from, *alone, dt_s)) return std::nullopt;
+  return alone;
+}
+
+// All frames leave; the next one has nothing before it.
+void FixedLagSmoother::LeaveAll(WindowOutput* out) {
+  for (FrameEstimate& left : EstimatesOfAll()) out->lagged.push_back(std::move(left));
   Forget(seen_.size());
   hypotheses_.clear();
   power_.Break();
@@ -15,40 +109,30 @@ void FixedLagSmoother::Break() {
   mirror_cost_of_left_ = 0;
 }
 
-bool FixedLagSmoother::StartAnew(const FrameMeasurements& measurement,
-                                 const std::vector<TagDetection>& all_tags, const TimeUp& time_up,
-                                 WindowOutput* out) {
-  const auto forget_newest = [this] {
-    seen_.pop_back();
-    for (WindowHypothesis& hypothesis : hypotheses_) hypothesis.input.frames.pop_back();
-  };
-  forget_newest();
-  out->lagged.insert(out->lagged.end(), told_.begin(), told_.end());
-  Break();
-  noise_ = InitialNoise(setup_.options);
-  statistics_ = {};
-  has_learned_ = false;
-  frames_of_learning_ = 0;
-  restarts_ns_.push_back(measurement.t_ns);
-  const FrameStarts starts = StartFrame(setup_, noise_, measurement, nullptr, std::nullopt);
-  if (!starts.starts.empty()) {
-    AddFrame(measurement, starts);
-    seen_.back().tags = all_tags;
-    if (SolveAll(time_up)) return true;
-    forget_newest();
-    hypotheses_.clear();
-  }
-  segmenter_.DropBefore(++first_frame_);
-  out->current = WithoutState(measurement);
-  out->lagged.push_back(out->current);
-  return false;
+void FixedLagSmoother::StartAnew(int64_t t_ns, WindowOutput* out) {
+  LeaveAll(out);
+  const bool again = restarts_ > 0 && frames_since_restart_ < kFramesToSettle;
+  restarts_in_a_row_ = again ? restarts_in_a_row_ + 1 : 0;
+  frames_since_restart_ = 0;
+  if (restarts_++ == 0) first_restart_ns_ = t_ns;
+}
+
+// While one restart follows upon another, frames contradict one another and nobody knows which is
+// right: only those whose tags agree among themselves have a state.
+bool FixedLagSmoother::IsDoubted(const GraphFrame& frame) const {
+  if (restarts_in_a_row_ == 0) return false;
+  const auto alone =
+      PoseOfTags(setup_, noise_.corner_sigma_px, frame.tags, frame.state.world_from_body);
+  return !alone || !alone->is_consensus;
 }
 
 std::optional<std::string> FixedLagSmoother::RestartWarning() const {
-  if (restarts_ns_.empty()) return std::nullopt;
-  return Format("the window had no solution and was started anew %zu time%s, first at %.3f s",
-                restarts_ns_.size(), restarts_ns_.size() == 1 ? "" : "s",
-                ToSeconds(restarts_ns_.front()));
+  if (restarts_ == 0) return std::nullopt;
+  return Format(
+      "the window was started anew %zu time%s, first at %.3f s: its frames have no common "
+      "solution, or tags that agree with one another contradict all that went before (a "
+      "jump of the body or the clock)",
+      restarts_, restarts_ == 1 ? "" : "s", ToSeconds(first_restart_ns_));
 }
 
 }  // namespace tagtwist

@@ -19,7 +19,14 @@ namespace tagtwist {
 
 /// Fixed-lag smoother: the last `window_frames` frames are refined jointly at every new one; the
 /// frame that leaves is marginalised into a prior, never dropped. Until the first tag there is no
-/// state. Noise that is not given is learned when the window first fills and adapts from then on.
+/// state. Noise that is not given is learned when the window first fills and adapts from then on;
+/// where the tags contradict that, each interval has a density of motion of its own
+/// (MotionHistory).
+///
+/// Frames that see nothing leave no state in the window: the motion prior bridges them, until what
+/// it says is worth nothing (kNoFix). A window that cannot be solved, or whose tags contradict what
+/// went before in agreement with one another, starts anew from what the tags say, and tells so at
+/// the end: no frame ends a run.
 ///
 /// While the tags leave two poses open, both are followed (WindowHypothesis); a frame whose
 /// attitude they leave open by more than 5 degrees is kNoFix, and so while the frames since the
@@ -38,7 +45,7 @@ class SlidingWindow {
   ~SlidingWindow();
 
   /// Stamps must grow. After an error, when what is seen cannot be what the set-up says, no frame
-  /// may follow. Where the frames have no common solution the window starts anew (Warnings).
+  /// may follow.
   /// Where the time is up the state is what the iterations until then give, the noise is learned
   /// over several frames, and the state is kHurried.
   Result<WindowOutput> Add(const FrameMeasurements& measurement, const TimeUp& time_up = {});

@@ -50,6 +50,9 @@ void MarginalizeGraph(WindowHypothesis* hypothesis) {
 void Follow(const EstimatorSetup& setup, const NoiseModel& noise, WindowHypothesis* hypothesis) {
   QuadraticChain& chain = hypothesis->chain;
   const std::vector<GraphFrame>& frames = hypothesis->input.frames;
+  for (size_t k = 0; k < chain.graph().states.size(); ++k) {
+    chain.SetMotion(static_cast<int>(k), frames[k].motion);
+  }
   for (const int k : hypothesis->revised) {
     std::vector<Factor> factors =
         FactorsOfFrame(setup, noise, frames[static_cast<size_t>(k)], chain.graph(), k);
@@ -68,7 +71,8 @@ void Follow(const EstimatorSetup& setup, const NoiseModel& noise, WindowHypothes
     if (renews_tags || !is_tag) SetNoise(setup, noise, hypothesis->input, graph, factor);
   });
   for (size_t k = chain.graph().states.size(); k < frames.size(); ++k) {
-    chain.AddState(ToGraphState(frames[k].t_ns, frames[k].state, frames[k].acceleration));
+    chain.AddState(
+        ToGraphState(frames[k].t_ns, frames[k].state, frames[k].acceleration, frames[k].motion));
     chain.AddFactors(FactorsOfFrame(setup, noise, frames[k], chain.graph(), static_cast<int>(k)));
   }
 }
@@ -112,24 +116,56 @@ Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
   return Ok();
 }
 
-bool DropContradicted(WindowHypothesis* hypothesis) {
+namespace {
+
+std::vector<TagRef> Contradicted(const WindowHypothesis& hypothesis) {
+  return hypothesis.is_step ? ContradictedTags(hypothesis.chain)
+                            : ContradictedTags(hypothesis.solution.graph);
+}
+
+// Frames most of whose tags are among those.
+std::vector<bool> MostOfFrame(const std::vector<TagRef>& wrong,
+                              const std::vector<GraphFrame>& frames) {
+  std::vector<size_t> count(frames.size(), 0);
+  for (const TagRef& ref : wrong) ++count[static_cast<size_t>(ref.state)];
+  std::vector<bool> out(frames.size());
+  for (size_t k = 0; k < frames.size(); ++k) out[k] = 2 * count[k] > frames[k].tags.size();
+  return out;
+}
+
+bool IsConsensus(const EstimatorSetup& setup, const NoiseModel& noise, const GraphFrame& frame) {
+  const auto alone =
+      PoseOfTags(setup, noise.corner_sigma_px, frame.tags, frame.state.world_from_body);
+  return alone && alone->is_consensus;
+}
+
+}  // namespace
+
+bool DropContradicted(const EstimatorSetup& setup, const NoiseModel& noise,
+                      WindowHypothesis* hypothesis) {
   std::vector<GraphFrame>& frames = hypothesis->input.frames;
-  const int newest = static_cast<int>(frames.size()) - 1;
-  std::vector<TagRef> wrong;
-  if (hypothesis->is_step) {
-    wrong = ContradictedTags(hypothesis->chain);
-  } else {
-    wrong = ContradictedTags(hypothesis->solution.graph);
+  std::vector<TagRef> wrong = Contradicted(*hypothesis);
+  const std::vector<bool> most = MostOfFrame(wrong, frames);
+  if (most.back()) return false;
+  std::vector<bool> outranks(frames.size(), false);
+  for (size_t k = 0; k < frames.size(); ++k) {
+    outranks[k] = most[k] && IsConsensus(setup, noise, frames[k]);
   }
-  const auto n_newest = static_cast<size_t>(std::count_if(
-      wrong.begin(), wrong.end(), [&](const TagRef& ref) { return ref.state == newest; }));
-  if (2 * n_newest > frames.back().tags.size()) return false;
+  const auto stays = [&](const TagRef& ref) { return outranks[static_cast<size_t>(ref.state)]; };
+  wrong.erase(std::remove_if(wrong.begin(), wrong.end(), stays), wrong.end());
   DropTags(wrong, &frames);
   for (const TagRef& tag : wrong) hypothesis->revised.push_back(tag.state);
   std::sort(hypothesis->revised.begin(), hypothesis->revised.end());
   hypothesis->revised.erase(std::unique(hypothesis->revised.begin(), hypothesis->revised.end()),
                             hypothesis->revised.end());
   return !wrong.empty();
+}
+
+bool NewestContradicts(const EstimatorSetup& setup, const NoiseModel& noise,
+                       const WindowHypothesis& hypothesis) {
+  const std::vector<GraphFrame>& frames = hypothesis.input.frames;
+  return MostOfFrame(Contradicted(hypothesis), frames).back() &&
+         IsConsensus(setup, noise, frames.back());
 }
 
 void MarginalizeOldest(WindowHypothesis* hypothesis) {
@@ -140,6 +176,7 @@ void MarginalizeOldest(WindowHypothesis* hypothesis) {
   }
   GraphInput& input = hypothesis->input;
   input.frames.erase(input.frames.begin());
+  hypothesis->motion.DropFirst();
   ++input.first_frame;
 }
 

@@ -3,6 +3,7 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
+#include "estimator/motion/motion_banks.h"
 #include "estimator/solve/quadratic_chain.h"
 #include "estimator/solve/smoother.h"
 #include "frontend/base/result.h"
@@ -22,6 +23,7 @@ struct WindowHypothesis {
   bool is_step = false;     // prior
   double corner_sigma_px = 0;  // that the chain's tags have
   std::vector<int> revised;    // frames whose tags are no longer those of the chain
+  MotionHistory motion;        // of the frames
 
   /// Half the sum of squares of all that came until now.
   double Cost() const { return settled_cost + solution.cost; }
@@ -38,9 +40,17 @@ Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
 Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                       const SolveOptions& options, WindowHypothesis* hypothesis);
 
-/// Takes out the tags that the solution contradicts, unless they are most of the newest frame's:
-/// then its state is wrong rather than they. True where there were any.
-bool DropContradicted(WindowHypothesis* hypothesis);
+/// Takes out the tags that the solution contradicts, none where they are most of the newest
+/// frame's: then its state is wrong rather than they. Nor those of another frame if they are most
+/// of it and agree with one another (PoseMeasurement::is_consensus): they outrank what the motion
+/// says. True where there were any.
+bool DropContradicted(const EstimatorSetup& setup, const NoiseModel& noise,
+                      WindowHypothesis* hypothesis);
+
+/// Whether the solution contradicts most of the newest frame's tags though they agree with one
+/// another.
+bool NewestContradicts(const EstimatorSetup& setup, const NoiseModel& noise,
+                       const WindowHypothesis& hypothesis);
 
 /// The oldest state becomes part of the prior.
 void MarginalizeOldest(WindowHypothesis* hypothesis);

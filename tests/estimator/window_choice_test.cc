@@ -111,24 +111,15 @@ Pose Circle(double t) {
                {0.1 * std::sin(angle), 0.1 * std::cos(angle), 0});
 }
 
+// One tag alone with the name of another, whose pose nothing confirms.
 TEST(WindowChoice, AFrameOfNonsenseDoesNotMoveTheState) {
-  const TagMap map = CourseSetup().map;
-  Flight flight = Fly(map, 100, 0.1, 1, Circle);
-  // The mat seen from elsewhere; and one tag alone with the name of another.
-  flight.measurements[40].tags = Fly(map, 1, 0.1, 9,
-                                     [](double) {
-                                       return Hover({0.8, 2.2, 0.9}, 1.5);
-                                     })
-                                     .measurements[0]
-                                     .tags;
+  Flight flight = Fly(CourseSetup().map, 100, 0.1, 1, Circle);
   flight.measurements[70].tags.resize(1);
   flight.measurements[70].tags[0].id = 3;
   const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
   ExpectAllFrames(run.lagged, 100);
-  for (const size_t i : {40u, 70u}) {
-    EXPECT_EQ(run.current[i].status, FrameStatus::kPredicted);
-    EXPECT_EQ(run.current[i].n_tags, 0);
-  }
+  EXPECT_EQ(run.current[70].status, FrameStatus::kPredicted);
+  EXPECT_EQ(run.current[70].n_tags, 0);
   for (size_t i = 20; i < 100; ++i) {
     EXPECT_LT(PositionErrorM(run.current[i].state.world_from_body, flight.truth[i].world_from_body),
               0.004)
@@ -136,18 +127,69 @@ TEST(WindowChoice, AFrameOfNonsenseDoesNotMoveTheState) {
   }
 }
 
-TEST(WindowChoice, AnotherPlaceIsTakenOnItsThirdFrame) {
-  const Flight flight = Fly(CourseSetup().map, 120, 0.1, 1, [](double t) {
+// The mat seen from elsewhere in one frame, by tags that agree: that is where the camera was.
+TEST(WindowChoice, TagsThatAgreeAreBelievedForAFrameAndLeaveNothingBehind) {
+  const TagMap map = CourseSetup().map;
+  Flight flight = Fly(map, 100, 0.1, 1, Circle);
+  const Flight other = Fly(map, 1, 0.1, 9, [](double) { return Hover({0.8, 2.2, 0.9}, 1.5); });
+  flight.measurements[40].tags = other.measurements[0].tags;
+  flight.truth[40] = other.truth[0];
+  const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
+  ExpectAllFrames(run.lagged, 100);
+  for (const auto* frames : {&run.current, &run.lagged}) {
+    for (size_t i = 20; i < 100; ++i) {
+      EXPECT_EQ((*frames)[i].status, FrameStatus::kOk) << i;
+      EXPECT_LT(PositionErrorM((*frames)[i].state.world_from_body, flight.truth[i].world_from_body),
+                0.004)
+          << i;
+    }
+  }
+}
+
+// From 60 on the body is elsewhere, where it sees all tags or one alone.
+Flight CarriedElsewhere(bool sees_one) {
+  Flight out = Fly(CourseSetup().map, 120, 0.1, 1, [](double t) {
     Pose pose = Circle(t);
     if (t > 1.19) pose.params.segment<3>(4) += Eigen::Vector3d(0.6, -0.5, 0.4);
     return pose;
   });
+  for (size_t i = 60; sees_one && i < 63; ++i) out.measurements[i].tags.resize(1);
+  return out;
+}
+
+TEST(WindowChoice, AnotherPlaceIsTakenAtOnceWhereTagsAgreeElseOnItsThirdFrame) {
+  for (const bool sees_one : {false, true}) {
+    const Flight flight = CarriedElsewhere(sees_one);
+    const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
+    ExpectAllFrames(run.current, 120);
+    ExpectAllFrames(run.lagged, 120);
+    if (sees_one) {
+      for (const size_t i : {60u, 61u}) EXPECT_EQ(run.current[i].status, FrameStatus::kPredicted);
+    }
+    for (size_t i = sees_one ? 63 : 60; i < 120; ++i) {
+      EXPECT_EQ(run.current[i].status, FrameStatus::kOk) << i << " " << sees_one;
+      EXPECT_LT(
+          PositionErrorM(run.current[i].state.world_from_body, flight.truth[i].world_from_body),
+          0.01)
+          << i << " " << sees_one;
+    }
+  }
+}
+
+// A host stamps frames as they arrive, in pairs: what moves between them would move at metres a
+// second.
+TEST(WindowChoice, FramesInBurstsGiveNoVelocityOfTheirOwn) {
+  constexpr size_t kFrames = 200;
+  Flight flight = Fly(CourseSetup().map, static_cast<int>(kFrames), 0.1, 1, Circle);
+  for (size_t i = 0; i < kFrames; i += 2) {
+    flight.measurements[i].t_ns = flight.measurements[i + 1].t_ns - 500'000;
+  }
   const WindowRun run = RunWindow(CourseSetup(), flight.measurements);
-  ExpectAllFrames(run.current, 120);
-  ExpectAllFrames(run.lagged, 120);
-  for (const size_t i : {60u, 61u}) EXPECT_EQ(run.current[i].status, FrameStatus::kPredicted);
-  for (size_t i = 62; i < 120; ++i) {
-    EXPECT_EQ(run.current[i].status, FrameStatus::kOk);
+  ASSERT_EQ(run.current.size(), kFrames);
+  ASSERT_EQ(run.lagged.size(), kFrames);
+  for (size_t i = 30; i < kFrames; ++i) {
+    const double speed_mps = run.current[i].state.twist.v_world.norm();  // 0.6 in truth
+    EXPECT_LT(speed_mps, 1) << i;
     EXPECT_LT(PositionErrorM(run.current[i].state.world_from_body, flight.truth[i].world_from_body),
               0.01)
         << i;
@@ -172,7 +214,7 @@ TEST(WindowChoice, ASecondWithoutTagsEndsWithinItsSigmas) {
       }
       last_sigma_m = sigma_m;
     }
-    EXPECT_LT(last_sigma_m, 0.5);  // and says something
+    EXPECT_LT(last_sigma_m, 0.6);  // and says something
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimator/start/leaps.h"
 #include "frontend/types/so3.h"
 #include "tests/support/exact_model.h"
 

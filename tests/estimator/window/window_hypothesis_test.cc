@@ -89,18 +89,18 @@ TEST(WindowHypothesis, AContradictedTagIsDroppedUnlessItIsMostOfTheNewestFrame) 
     Scene scene;
     std::vector<GraphFrame>& frames = scene.account.input.frames;
     ASSERT_TRUE(solve(scene.setup, scene.noise, {}, &scene.account));
-    EXPECT_FALSE(DropContradicted(&scene.account));
+    EXPECT_FALSE(DropContradicted(scene.setup, scene.noise, &scene.account));
     const size_t tags = frames[2].tags.size();
     for (Eigen::Vector2d& corner : frames[2].tags[1].corners) corner.x() += 20;
     const int wrong = frames[2].tags[1].id;
     scene.account.is_step = false;
     ASSERT_TRUE(solve(scene.setup, scene.noise, {}, &scene.account));
-    EXPECT_TRUE(DropContradicted(&scene.account));
+    EXPECT_TRUE(DropContradicted(scene.setup, scene.noise, &scene.account));
     ASSERT_EQ(frames[2].tags.size(), tags - 1);
     for (const TagDetection& tag : frames[2].tags) EXPECT_NE(tag.id, wrong);
     // The next solve is one without it.
     ASSERT_TRUE(solve(scene.setup, scene.noise, {}, &scene.account));
-    EXPECT_FALSE(DropContradicted(&scene.account));
+    EXPECT_FALSE(DropContradicted(scene.setup, scene.noise, &scene.account));
     WindowHypothesis anew;
     anew.input = scene.account.input;
     ASSERT_TRUE(SolveHypothesis(scene.setup, scene.noise, {}, &anew));

@@ -1,0 +1,108 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "estimator/graph/noise_model.h"
+#include "estimator/motion/motion_bank.h"
+#include "estimator/motion/tags_alone.h"
+
+namespace tagtwist {
+
+/// Logarithms of likelihoods, of each part of a motion.
+struct PartLikelihoods {
+  double linear = 0, angular = 0;
+};
+
+/// How lively a body moves from frame to frame: a MotionBank for its position in W and one for its
+/// attitude, fed with the poses that the tags of each frame say by themselves.
+class MotionBanks {
+ public:
+  struct Densities {
+    double linear = 1, angular = 1;
+  };
+  struct Weights {
+    std::vector<double> linear, angular;
+  };
+
+  MotionBanks() : MotionBanks(WhiteNoiseOn::kJerk, WhiteNoiseOn::kJerk) {}
+  MotionBanks(WhiteNoiseOn linear, WhiteNoiseOn angular);
+  MotionBanks(const MotionBankOptions& linear, const MotionBankOptions& angular);
+
+  /// Goes on to the next frame. Stamps must grow, or, of a bank that comes from the future, fall.
+  void Predict(int64_t t_ns);
+  /// What the frame's tags say.
+  void Measure(const PoseMeasurement& pose);
+  /// Whether anything was measured.
+  bool is_measured() const { return n_measured_ > 0; }
+  /// Over the interval that ends with the last frame.
+  Densities densities() const { return {linear_.Density(), angular_.Density()}; }
+  Densities DensitiesOf(const Weights& weights) const;
+  /// Of the classes after the last frame, and just before it was measured.
+  Weights weights() const { return {linear_.weights(), angular_.weights()}; }
+  const Weights& weights_before() const { return before_; }
+  /// Of the last frame, those before it given; of the first one none.
+  PartLikelihoods log_likelihoods() const;
+  /// What is known of the classes besides.
+  void SetWeights(const Weights& weights);
+  /// A bank of one class: its density from now on.
+  void SetDensities(const Densities& densities);
+  /// What the variances of the last state lack in a filter with the mean densities: large while it
+  /// is open how lively the motion is.
+  StateVector ExcessVariances() const;
+
+ private:
+  void PredictBy(double dt_s);
+
+  MotionBank linear_, angular_;  // the latter about reference_, in the body's frame
+  Pose reference_;
+  int64_t last_ns_ = 0;
+  Weights before_;
+  int n_measured_ = 0;
+};
+
+/// Over position and attitude under one density each.
+MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angular);
+
+/// MotionBanks over consecutive frames, kept so that later ones tell of earlier ones; beside it the
+/// same under the one density that the noise model has, so that it shows which of the two the
+/// frames follow.
+class MotionHistory {
+ public:
+  MotionHistory() : MotionHistory(NoiseModel()) {}
+  explicit MotionHistory(const NoiseModel& noise);
+
+  /// The next frame, whose state is near its tags' pose. One whose tags do not fix the pose says
+  /// nothing. `noise` may have changed since the last one.
+  void Add(const EstimatorSetup& setup, const NoiseModel& noise, const GraphFrame& frame);
+  /// The first frame, if there is one, is told of no more.
+  void DropFirst() {
+    if (!frames_.empty()) frames_.erase(frames_.begin());
+  }
+
+  const MotionBanks& banks() const { return banks_; }
+  /// Whether the latest frames, about a hundred, are likelier beyond doubt under the bank than
+  /// under the noise model's density.
+  bool LinearVaries() const { return advantage_.linear > kClearly; }
+  bool AngularVaries() const { return advantage_.angular > kClearly; }
+  bool Varies() const { return LinearVaries() || AngularVaries(); }
+  /// Log-likelihoods of the frames under a bank that knows nothing yet.
+  PartLikelihoods Likelihoods(MotionBanks bank) const;
+  /// The densities over the intervals that end with each frame, from the past and the future.
+  std::vector<MotionBanks::Densities> FromBothSides() const;
+
+ private:
+  static constexpr double kClearly = 5;  // beyond doubt
+  struct Frame {
+    int64_t t_ns = 0;
+    std::optional<PoseMeasurement> pose;
+    MotionBanks::Weights before, after;
+  };
+  void Compare(const MotionBanks::Densities& densities, const Frame& frame);
+
+  MotionBanks banks_, fresh_, single_;
+  PartLikelihoods advantage_;  // of the bank, fading
+  std::vector<Frame> frames_;
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,29 @@
+#include "estimator/motion/motion_profile.h"
+
+namespace tagtwist {
+
+MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
+                        const std::vector<GraphFrame>& frames) {
+  MotionHistory out(noise);
+  for (const GraphFrame& frame : frames) out.Add(setup, noise, frame);
+  return out;
+}
+
+MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& options) {
+  const bool linear_given = options.accel_psd || options.jerk_psd,
+             angular_given = options.angular_accel_psd || options.angular_jerk_psd;
+  return {!linear_given && history.LinearVaries(), !angular_given && history.AngularVaries()};
+}
+
+void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const MotionParts& varying,
+                std::vector<GraphFrame>* frames) {
+  const auto densities = history.FromBothSides();
+  for (size_t k = 0; k < frames->size(); ++k) {
+    MotionScale& motion = (*frames)[k].motion;
+    motion = MotionScale();
+    if (varying.linear) motion.linear = densities[k].linear / noise.linear.psd;
+    if (varying.angular) motion.angular = densities[k].angular / noise.angular.psd;
+  }
+}
+
+}  // namespace tagtwist

@@ -1,0 +1,25 @@
+#pragma once
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/motion/motion_banks.h"
+
+namespace tagtwist {
+
+/// The history of these frames.
+MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
+                        const std::vector<GraphFrame>& frames);
+
+/// Which parts of the motion have a density of their own in each interval.
+struct MotionParts {
+  bool linear = false, angular = false;
+};
+/// Those of which the history says so; a part whose density the options give keeps that.
+MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& options);
+
+/// Gives every frame of the history the scale of its motion, in multiples of the noise's densities:
+/// as it is known from both sides where it varies, one where it does not.
+void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const MotionParts& varying,
+                std::vector<GraphFrame>* frames);
+
+}  // namespace tagtwist

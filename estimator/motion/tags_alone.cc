@@ -1,0 +1,130 @@
+#include "estimator/motion/tags_alone.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "estimator/graph/pose_bound.h"
+#include "frontend/base/quantile.h"
+#include "frontend/base/robust.h"
+#include "frontend/geometry/frame_pose.h"
+#include "residuals/tag_reprojection_residual.h"
+
+namespace tagtwist {
+namespace {
+
+using Residual8 = Eigen::Matrix<double, 8, 1>;
+using Jacobian8 = Eigen::Matrix<double, 8, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+constexpr int kMostIterations = 10;
+constexpr double kSettled = 1e-3;  // rad or m times standard deviations, as a solve neglects
+
+// Normal equations of the tags at a pose.
+struct Normals {
+  PoseCovariance hessian = PoseCovariance::Zero();
+  Vector6 gradient = Vector6::Zero();
+  double squares = 0;
+  size_t n_fitting = 0;  // tags
+};
+
+struct LinearTag {
+  Residual8 residual;
+  Jacobian8 jacobian;
+};
+
+// What chance makes of a sum of squares hardly ever (Wilson and Hilferty, 4 deviations).
+double MostChi2(double freedom) {
+  return freedom * std::pow(1 - 2 / (9 * freedom) + 4 * std::sqrt(2 / (9 * freedom)), 3);
+}
+
+// nullopt where a corner cannot be seen from there.
+std::optional<Normals> Linearise(const std::deque<TagReprojectionResidual>& tags,
+                                 double huber_delta, const Pose& pose) {
+  std::vector<LinearTag> linear(tags.size());
+  std::vector<double> squared_norms;
+  for (size_t i = 0; i < tags.size(); ++i) {
+    LinearTag& tag = linear[i];
+    if (!tags[i].Linearize(pose.params.data(), &tag.residual, &tag.jacobian)) return std::nullopt;
+    squared_norms.push_back(tag.residual.squaredNorm());
+  }
+  // Against what most tags show, which is much where the pose is still far off.
+  constexpr double kMedianChi2Of8 = 7.344;
+  const double typical = Quantile(squared_norms, 0.5) / kMedianChi2Of8;
+  const double delta = huber_delta * std::sqrt(std::max(1.0, typical));
+  Normals out;
+  for (size_t i = 0; i < tags.size(); ++i) {
+    const double norm = std::sqrt(squared_norms[i]), weight = norm > delta ? delta / norm : 1;
+    const LinearTag& tag = linear[i];
+    out.squares += weight * squared_norms[i];
+    if (squared_norms[i] < MostChi2(8)) ++out.n_fitting;
+    out.hessian.noalias() += weight * tag.jacobian.transpose().lazyProduct(tag.jacobian);
+    out.gradient.noalias() += weight * tag.jacobian.transpose().lazyProduct(tag.residual);
+  }
+  return out;
+}
+
+// By how much the squares exceed what chance makes of them hardly ever; 1 where they do not.
+double Misfit(const Normals& tags, size_t n_tags) {
+  const double freedom = 8.0 * static_cast<double>(n_tags) - 6;
+  const Vector6 step = tags.hessian.ldlt().solve(tags.gradient);
+  const double misfit = (tags.squares - tags.gradient.dot(step)) / freedom;
+  return misfit > MostChi2(freedom) / freedom ? misfit : 1;
+}
+
+bool MostAgree(const Normals& tags, size_t n_tags, double misfit) {
+  if (n_tags == 2) return tags.n_fitting == 2 && misfit == 1;
+  return tags.n_fitting > 2 && 2 * tags.n_fitting > n_tags;
+}
+
+// Whether another pose, beyond what one trough of both may hold, explains the tags nearly as well.
+bool IsMirrorOpen(const std::deque<TagReprojectionResidual>& tags, double huber_delta,
+                  double squares, const Pose& pose, const Pose& mirrored) {
+  constexpr double kOpenRad = 0.0873, kDecided = 18;  // 5 degrees; twice the logarithm of odds
+  if (AngleBetween(pose, mirrored) < kOpenRad) return false;
+  const auto there = Linearise(tags, huber_delta, mirrored);
+  return there && there->squares - squares < kDecided;
+}
+
+}  // namespace
+
+std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double corner_sigma_px,
+                                          const std::vector<TagDetection>& tags,
+                                          const Pose& start) {
+  constexpr double kMostAttitudeSigma = 0.035;  // rad
+  if (tags.empty()) return std::nullopt;
+  std::deque<TagReprojectionResidual> residuals;
+  for (const TagDetection& tag : tags) {
+    residuals.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
+                                          CornerCovariance(setup, tag, corner_sigma_px)},
+                           setup.camera, setup.cam_from_body);
+  }
+  PoseMeasurement out;
+  out.world_from_body = start;
+  std::optional<Normals> normals;
+  for (int i = 0; i < kMostIterations; ++i) {
+    normals = Linearise(residuals, HuberDelta(setup.options.robust_scale, 8), out.world_from_body);
+    if (!normals) return std::nullopt;
+    const Vector6 step = -normals->hessian.ldlt().solve(normals->gradient);
+    if (!step.allFinite()) return std::nullopt;
+    out.world_from_body = Retract(out.world_from_body, step);
+    if (step.norm() * std::sqrt(step.dot(normals->hessian * step)) < kSettled) break;
+  }
+  const auto covariance = InverseInformation(normals->hessian);
+  if (!covariance) return std::nullopt;
+  const double misfit = Misfit(*normals, tags.size());
+  out.attitude_covariance = misfit * covariance->topLeftCorner<3, 3>();
+  out.position_covariance = misfit * covariance->bottomRightCorner<3, 3>();
+  const auto mirrored = MirroredPose(tags, setup.map, setup.cam_from_body, out.world_from_body);
+  out.is_consensus =
+      setup.line_time_s == 0 && MostAgree(*normals, tags.size(), misfit) &&
+      !(mirrored && IsMirrorOpen(residuals, HuberDelta(setup.options.robust_scale, 8),
+                                 normals->squares, out.world_from_body, *mirrored));
+  if (!(out.attitude_covariance.trace() < kMostAttitudeSigma * kMostAttitudeSigma)) {
+    return std::nullopt;
+  }
+  return out;
+}
+
+}  // namespace tagtwist

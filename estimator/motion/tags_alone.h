@@ -1,0 +1,29 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+
+namespace tagtwist {
+
+/// A pose, and the covariances of its attitude (in B) and position (in W), taken as independent.
+struct PoseMeasurement {
+  Pose world_from_body;
+  Eigen::Matrix3d attitude_covariance = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Zero();
+  /// Whether the tags agree with one another, so that they outrank what the motion says: at least
+  /// three and most of the frame's lie there within 4 sigma, or both of two, which then fit as a
+  /// whole; and no mirrored pose explains them as well. A lone tag has nothing to agree with;
+  /// nor do tags under a rolling shutter outrank the motion, by which their corners were undone.
+  bool is_consensus = false;
+};
+
+/// What the tags of a frame say among themselves, before anything is known of the motion: least
+/// squares by Gauss-Newton from `start`, tags that stand out among the others weighted down
+/// (Huber). Where they agree less than their noise lets expect, the covariances grow by as much.
+/// nullopt where they do not fix the pose so well that the errors are Gaussian: the attitude to 2
+/// degrees.
+std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double corner_sigma_px,
+                                          const std::vector<TagDetection>& tags, const Pose& start);
+
+}  // namespace tagtwist

@@ -1,0 +1,18 @@
+#pragma once
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+
+namespace tagtwist {
+
+/// Whether a body could have gone from one pose to the other in dt_s: at less than 10 m/s and
+/// 20 rad/s.
+bool IsWithinReach(const Pose& from, const Pose& to, double dt_s);
+
+/// Which frames with one tag alone have a pose, as well as its mirrored one, that no body could
+/// have reached, by 6 sigma, from the frame with tags before nor left for the one after
+/// (IsWithinReach), though it could have gone from one to the other: a wrong id, or a quad that is
+/// no tag. Tags that agree with one another count as they are.
+std::vector<bool> Leaps(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames);
+
+}  // namespace tagtwist

@@ -1,0 +1,32 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tagtwist {
+
+/// Stamps that cannot be when the frames were taken: no camera takes one in less than an eighth of
+/// its usual interval after the one before; a host that stamps frames as they arrive does. What
+/// moved between such frames would be metres a second, surely.
+class StampCheck {
+ public:
+  /// The next frame's stamp; they grow. True where it comes too soon: an eighth of the third
+  /// quartile of the latest 32 intervals, once there are three.
+  bool ComesTooSoon(int64_t t_ns);
+  /// The usual interval, as above; 0 before the second stamp.
+  double UsualS() const;
+  size_t too_soon() const { return too_soon_; }
+  /// How many did, in a line; nullopt where none.
+  std::optional<std::string> Warning() const;
+
+ private:
+  std::optional<int64_t> last_ns_;
+  std::vector<double> intervals_s_;  // the latest, a ring
+  size_t next_ = 0;                  // place in it
+  size_t too_soon_ = 0;
+  int64_t first_ns_ = 0;  // of those
+};
+
+}  // namespace tagtwist

@@ -1,0 +1,45 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/result/estimate.h"
+#include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
+
+namespace tagtwist {
+
+/// What happens in a recording over the course's mat.
+enum class Situation {
+  kSmooth,
+  kRest,
+  kTakeOff,    // at rest, then off
+  kTrapezoid,  // jumps of the acceleration between rest and a cruise
+  kStopAndGo,
+  kHit,        // pushed within a twentieth of a second
+  kVibration,  // of a millimetre, from some time on
+  kGaps,       // of 0.1 to 20 s without a tag
+  kPhantoms,   // random quads with ids of the map, few true tags
+  kKidnapped,  // carried elsewhere between two frames
+};
+std::string NameOf(Situation situation);
+
+/// A draw of it, 16 s long: the truth at each frame and what is seen, corners with Gaussian noise.
+struct SituationDraw {
+  EstimatorSetup setup;
+  std::vector<BodyState> truth;
+  std::vector<FrameMeasurements> measurements;
+};
+SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz = 30);
+
+/// How an estimate of it is off.
+struct SituationScore {
+  size_t frames = 0;   // with a state
+  size_t without = 0;  // frames with two tags or more that have none
+  double nees = 0;     // per degree of freedom
+  double beyond = 0;   // share of frames beyond 5 sigma in attitude, position, velocity or rate
+  double position_rms_m = 0;
+};
+SituationScore Judge(const SituationDraw& draw, const std::vector<FrameEstimate>& frames);
+
+}  // namespace tagtwist
