@@ -3,6 +3,7 @@
 #include <ostream>
 
 #include "estimator/report/findings/findings.h"
+#include "estimator/report/findings/verdict.h"
 
 namespace tagtwist {
 
@@ -13,7 +14,8 @@ Outcome TellResults(const EstimateJob& job, const Estimate& estimate, const Resu
   for (const Finding& finding : findings) {
     *told << "finding: " << finding.fact << " " << finding.advice << "\n";
   }
-  *told << FormatComparisonTable(context.rows) << "\nreport: " << job.output << "/report.html\n";
+  *told << FormatComparisonTable(context.rows) << "\nreport: " << job.output
+        << "/report.html\nverdict: " << VerdictText(estimate, findings, context.truth) << "\n";
   if (!estimate.warnings.empty()) return Outcome::kWarnings;
   return findings.empty() ? Outcome::kClean : Outcome::kFindings;
 }

@@ -14,6 +14,8 @@
 #include "estimator/report/files/mapping_text.h"
 #include "estimator/report/files/states_csv.h"
 #include "estimator/report/files/summary_json.h"
+#include "estimator/report/findings/findings.h"
+#include "estimator/report/findings/verdict.h"
 #include "estimator/report/html/report.h"
 #include "estimator/report/result_set.h"
 #include "frontend/base/files/file_set.h"
@@ -72,6 +74,8 @@ nlohmann::ordered_json GyroJson(const GyroAlignment& gyro) {
 
 std::string SummaryText(const Estimate& estimate, const ResultContext& context) {
   nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
+  json["verdict"] = VerdictText(
+      estimate, Findings(estimate, context.facts, context.map, context.truth), context.truth);
   if (!context.movable_tags.empty()) json["movable_tags"] = context.movable_tags;
   if (context.mapping) json["mapping"] = MappingJson(*context.mapping);
   if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);

@@ -11,8 +11,9 @@ namespace tagtwist {
 
 /// Something about a run that its user should know, and what to do about it.
 struct Finding {
-  std::string fact;    // a sentence
-  std::string advice;  // a sentence, or empty
+  std::string fact;           // a sentence
+  std::string advice;         // a sentence, or empty
+  bool is_in_sigmas = false;  // the covariances have it: no reason to doubt them
 };
 
 /// What speaks against an estimate. What frames, stamps and covariances show is counted; what must

@@ -198,6 +198,7 @@ std::vector<Finding> FrameFindings(const Estimate& e, const RunFacts& facts, con
   AddHurried(e.frames, t_s, &out);
   AddFewTags(e.frames, map, t_s, &out);
   AddBadTwists(e.frames, t_s, &out);
+  for (Finding& finding : out) finding.is_in_sigmas = true;
   AddStamps(e.frames, t_s, e.mode == EstimateMode::kSlidingWindow, &out);
   return out;
 }

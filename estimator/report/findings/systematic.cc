@@ -44,7 +44,7 @@ std::vector<Finding> SystematicFindings(const Estimate& estimate) {
   return {{Format("Most of the uncertainty is of errors that last and that no number of frames "
                   "averages away (standard deviations): %s; %.1f mm of position.",
                   parts.c_str(), 1e3 * s.position_m),
-           "The sigmas have it. --calibrate over a lively recording takes most of it off."}};
+           "The sigmas have it. --calibrate over a lively recording takes most of it off.", true}};
 }
 
 }  // namespace tagtwist

@@ -5,6 +5,7 @@
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/report/findings/findings.h"
+#include "estimator/report/findings/verdict.h"
 #include "estimator/report/html/page.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/quantile.h"
@@ -150,7 +151,9 @@ std::string FindingsHtml(const Estimate& e, const ReportInput& input) {
 }  // namespace
 
 std::string ReportWordsHtml(const Estimate& e, const ReportInput& input) {
-  std::string out = ParagraphHtml(WhatWasDone(e, input));
+  std::string verdict =
+      VerdictText(e, Findings(e, input.facts, input.map, input.truth), input.truth);
+  std::string out = ParagraphHtml("Verdict: " + verdict) + ParagraphHtml(WhatWasDone(e, input));
   if (const std::string certainty = CertaintyText(e); !certainty.empty()) {
     out += ParagraphHtml(certainty);
   }

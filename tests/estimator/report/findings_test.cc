@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/batch/batch.h"
+#include "estimator/report/findings/verdict.h"
 #include "tests/support/calibration_flight.h"
 
 namespace tagtwist::findings_test {
@@ -76,6 +77,42 @@ TEST(Findings, NamesATagThatMovedTooLittleToBeLeftOut) {
   EXPECT_THAT(text, HasSubstr("Tag " + std::to_string(tags[moved].id) +
                               " has moved or is mapped wrongly: it lies 1."));
   EXPECT_THAT(text, Not(HasSubstr("lens")));
+}
+
+std::string VerdictOf(const Estimate& estimate, const Case& run,
+                      const std::vector<Finding>& findings) {
+  return VerdictText(estimate, findings, run.flight.ground_truth);
+}
+
+TEST(Verdict, TrustsWhatNothingSpeaksAgainst) {
+  const Case run = RunAsConfigured();
+  EXPECT_EQ(VerdictOf(run.estimate, run, {}),
+            "to be relied on within its sigmas: nothing speaks against it.");
+  EXPECT_THAT(VerdictText(run.estimate, {}, {}),
+              HasSubstr("as far as that can be seen without ground truth"));
+}
+
+TEST(Verdict, NamesTheFirstThatSpeaksAgainstItAndHowManyMore) {
+  const Case run = RunAsConfigured();
+  const Finding in_sigmas{"Errors last.", "", true};
+  EXPECT_EQ(
+      VerdictOf(run.estimate, run, {in_sigmas, {"The lens is off.", "Calibrate."}, {"B.", ""}}),
+      "not to be relied on as it is: The lens is off (and 1 more).");
+  EXPECT_EQ(
+      VerdictOf(run.estimate, run, {in_sigmas}),
+      "to be relied on within its sigmas: nothing speaks against it. Worth a look: Errors last.");
+}
+
+TEST(Verdict, SaysWhatWasTooShortToJudge) {
+  const Case run = RunAsConfigured();
+  Estimate brief = run.estimate;
+  brief.reprojection = {};
+  brief.frames.resize(20);
+  const std::string text = VerdictOf(brief, run, {});
+  EXPECT_THAT(text,
+              HasSubstr("nothing speaks against it, but it was too short to judge lens, map"));
+  EXPECT_THAT(text, HasSubstr("errors against truth (0.8 s of it; 5 s are the least)"));
+  EXPECT_EQ(VerdictOf(Estimate(), run, {}), "there is no estimate: no frame has a state.");
 }
 
 TEST(Findings, NamesErrorsThatLastWhereTheyAreMostOfTheVariance) {

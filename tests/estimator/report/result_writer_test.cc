@@ -49,8 +49,10 @@ TEST(ResultWriter, BatchWritesTheDesignedFiles) {
                                    "ground_truth.tum", "ground_truth_states.csv", "summary.json",
                                    "report.html", "covariance.csv"));
   EXPECT_THAT(Names(temp.path()), UnorderedElementsAre("out"));
-  EXPECT_EQ(ReadText(temp / "out/summary.json"),
-            FormatJson(SummaryJson(estimate, context.rows, context.facts)));
+  auto summary = nlohmann::ordered_json::parse(ReadText(temp / "out/summary.json"));
+  EXPECT_THAT(summary["verdict"].get<std::string>(), testing::HasSubstr("too short to judge"));
+  summary.erase("verdict");
+  EXPECT_EQ(FormatJson(summary), FormatJson(SummaryJson(estimate, context.rows, context.facts)));
 }
 
 TEST(ResultWriter, FilesOfAnEarlierRunThatThisOneLacksAreRemoved) {

@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "estimator/report/findings/findings.h"
+#include "estimator/result/estimate.h"
+#include "frontend/types/body_state.h"
+
+namespace tagtwist {
+
+/// One sentence or two: whether an estimate can be relied on, what speaks against it first, and
+/// what the recording was too short to tell. `findings`: those of Findings, for the same truth.
+std::string VerdictText(const Estimate& estimate, const std::vector<Finding>& findings,
+                        const std::vector<TruthSample>& truth);
+
+}  // namespace tagtwist
