@@ -12,7 +12,7 @@ namespace tagtwist {
 namespace {
 
 // In the logarithm of a likelihood: beyond doubt.
-constexpr double kClearly = 10;
+constexpr double kClearlyUneven = 10;
 
 // Of the poses under one density, the likeliest near the learned one.
 PartLikelihoods BestOfOneDensity(const MotionHistory& history, const NoiseModel& noise) {
@@ -36,14 +36,14 @@ Result<Solution> LetMotionVary(const EstimatorSetup& setup, const SolveOptions& 
   const PartLikelihoods one = BestOfOneDensity(history, *noise),
                         many =
                             history.Likelihoods(MotionBanks(noise->linear.on, noise->angular.on));
-  const MotionParts varying{many.linear > one.linear + kClearly,
-                            many.angular > one.angular + kClearly};
+  const MotionParts varying{many.linear > one.linear + kClearlyUneven,
+                            many.angular > one.angular + kClearlyUneven};
   if (!varying.linear && !varying.angular) return solution;
   GraphInput varied = *input;
   TakeMotion(history, *noise, varying, &varied.frames);
   NoiseModel learned = *noise;
   auto out = SolveAndLearn(setup, options, &varied, &learned);
-  if (!out || !(out->log_likelihood > solution.log_likelihood + kClearly)) return solution;
+  if (!out || !(out->log_likelihood > solution.log_likelihood + kClearlyUneven)) return solution;
   *input = std::move(varied);
   *noise = learned;
   return out;

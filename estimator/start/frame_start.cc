@@ -26,7 +26,7 @@ double SquaredDistance(const EstimatorSetup& setup, const NoiseModel& noise,
   Eigen::MatrixXd covariance = predicted.covariance.topLeftCorner(size, size);
   const auto of_tags = PoseBound(setup, noise.corner_sigma_px, pose, tags);
   if (of_tags) covariance += of_tags->topLeftCorner(size, size);
-  const StateVector error = Difference({pose, {}}, {predicted.state.world_from_body, {}});
+  const StateVector error = Difference(BodyState{pose, {}}, {predicted.state.world_from_body, {}});
   return error.head(size).dot(covariance.llt().solve(error.head(size)));
 }
 

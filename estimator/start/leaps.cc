@@ -30,12 +30,12 @@ bool CanGo(const GraphFrame& from, const GraphFrame& to, const Slack& slack = kS
 
 // Of a frame's tags; nullopt where they do not fix a pose.
 std::optional<Slack> SlackOf(const EstimatorSetup& setup, const GraphFrame& frame) {
-  constexpr double kSigmas = 6;
+  constexpr double kLeapSigmas = 6;
   const auto bound =
       PoseBound(setup, NoiseModel().corner_sigma_px, frame.state.world_from_body, frame.tags);
   if (!bound) return std::nullopt;
-  return Slack{kSmall.m + kSigmas * std::sqrt(bound->diagonal().tail<3>().sum()),
-               kSmall.rad + kSigmas * std::sqrt(bound->diagonal().head<3>().sum())};
+  return Slack{kSmall.m + kLeapSigmas * std::sqrt(bound->diagonal().tail<3>().sum()),
+               kSmall.rad + kLeapSigmas * std::sqrt(bound->diagonal().head<3>().sum())};
 }
 
 }  // namespace

@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kLeastS = RatioStatistic::kLeastBlocks;  // blocks of a second
 
-bool HasState(const FrameEstimate& frame) { return frame.status != FrameStatus::kNoFix; }
+bool HasItsState(const FrameEstimate& frame) { return frame.status != FrameStatus::kNoFix; }
 
 // Seconds of frames with a state that lie in the truth's time.
 double JudgedByTruth(const Estimate& estimate, const std::vector<TruthSample>& truth) {
   int64_t first_ns = 0, last_ns = 0;
   bool any = false;
   for (const FrameEstimate& frame : estimate.frames) {
-    if (!HasState(frame) || frame.t_ns < truth.front().t_ns || frame.t_ns > truth.back().t_ns) {
+    if (!HasItsState(frame) || frame.t_ns < truth.front().t_ns || frame.t_ns > truth.back().t_ns) {
       continue;
     }
     if (!any) first_ns = frame.t_ns;
@@ -51,7 +51,7 @@ std::string Clause(std::string fact) {
 
 std::string VerdictText(const Estimate& estimate, const std::vector<Finding>& findings,
                         const std::vector<TruthSample>& truth) {
-  if (std::none_of(estimate.frames.begin(), estimate.frames.end(), HasState)) {
+  if (std::none_of(estimate.frames.begin(), estimate.frames.end(), HasItsState)) {
     return "there is no estimate: no frame has a state.";
   }
   const std::string too_short = TooShort(estimate, truth);

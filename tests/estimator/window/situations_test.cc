@@ -6,7 +6,7 @@
 
 #include "tests/support/window_run.h"
 
-namespace tagtwist {
+namespace tagtwist::situations_test {
 namespace {
 
 constexpr Situation kAll[] = {Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,
@@ -55,4 +55,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Situations, testing::ValuesIn(kAll),
                          });
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::situations_test
