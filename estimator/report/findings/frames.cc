@@ -143,8 +143,8 @@ void AddStamps(const Frames& frames, const std::vector<double>& t_s, bool window
                 "interval of %.1f ms (%zu of them); the longest is %.2f s, from %.2f s on.",
                 missing, kGap, 1e3 * interval_s, gaps, *longest,
                 t_s[static_cast<size_t>(longest - steps.begin())]),
-         "States beside a gap are less certain; a camera or a disk that is too slow drops "
-         "frames."});
+         "States beside a gap are less certain; a camera or a disk that is too slow drops frames.",
+         true});
   }
   if (window) AddRestlessStamps(frames, ordinary, out);
 }
