@@ -1,6 +1,6 @@
 # Thin: each target is what one would type. On a fresh Debian 12 `make demo` and `make test` bring
 # everything they need (root or sudo).
-.PHONY: setup build demo test install package docs format lint clean
+.PHONY: setup build demo test fuzz install package docs format lint clean
 JOBS := $(shell nproc)
 PREFIX ?= /usr/local
 # Several sources of a folder as one unit: whole builds take less. OFF for work on a file in the same build.
@@ -30,6 +30,16 @@ test: setup
 	@$(CONFIGURE) --preset debug
 	@cmake --build --preset debug --parallel $(JOBS)
 	@ctest --preset debug --parallel $(JOBS)
+
+# One reader, or the estimator, over inputs that clang's libFuzzer finds: make fuzz FUZZ=yaml SECONDS=60
+# (tests/fuzz/README.md).
+SECONDS ?= 60
+fuzz: setup
+	@scripts/setup fuzz
+	@scripts/setup rosbag
+	@cmake --preset fuzz --log-level=WARNING
+	@cmake --build build/fuzz --target tagtwist_fuzz --parallel $(JOBS)
+	@scripts/fuzz "$(FUZZ)" "$(SECONDS)"
 
 # Programs, libraries, headers, and the Python module where it is built; `make install PREFIX=DIR` elsewhere than in /usr/local.
 install: build

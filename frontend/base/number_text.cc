@@ -3,13 +3,12 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
 
 namespace tagtwist {
 namespace {
 
 constexpr int64_t kNanosecondsPerSecond = 1'000'000'000;
-constexpr int64_t kMaxSeconds = std::numeric_limits<int64_t>::max() / kNanosecondsPerSecond - 1;
+constexpr int64_t kMaxSeconds = kMostStampNs / kNanosecondsPerSecond - 1;
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 

@@ -1,10 +1,13 @@
 #pragma once
+#include <fastcdr/Cdr.h>
+#include <fastcdr/FastBuffer.h>
 #include <gtest/gtest.h>
 #include <lz4frame.h>
 #include <sqlite3.h>
 #include <zlib.h>
 #include <zstd.h>
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -130,6 +133,71 @@ inline std::string Mcap(const std::string& compression, const std::vector<Messag
                                 : Chunk(compression == "plain" ? "" : compression, records)) +
          Record(0x0F, Little(uint32_t{0})) +
          Record(0x02, Little(uint64_t{0}) + Little(uint64_t{0}) + Little(uint32_t{0})) + magic;
+}
+
+constexpr int kRos2Width = 8, kRos2Height = 6;
+
+/// A message in CDR, value by value.
+class Ros2Writer {
+  using Cdr = eprosima::fastcdr::Cdr;
+
+ public:
+  Ros2Writer() : cdr_(buffer_, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR) {
+    cdr_.serialize_encapsulation();
+  }
+  template <typename Value>
+  Ros2Writer& operator<<(const Value& value) {
+    cdr_.serialize(value);
+    return *this;
+  }
+  Ros2Writer& Header(double t_s) {
+    const auto whole = static_cast<int32_t>(t_s);
+    return *this << whole << static_cast<uint32_t>(std::llround(1e9 * (t_s - whole)))
+                 << std::string("cam");
+  }
+  Ros2Writer& Zeros(int count) {
+    for (int i = 0; i < count; ++i) *this << 0.0;
+    return *this;
+  }
+  std::string Data() { return {buffer_.getBuffer(), cdr_.getSerializedDataLength()}; }
+
+ private:
+  eprosima::fastcdr::FastBuffer buffer_;
+  Cdr cdr_;
+};
+
+inline std::string Ros2Image(double t_s, uint8_t grey) {
+  Ros2Writer out;
+  out.Header(t_s) << uint32_t{kRos2Height} << uint32_t{kRos2Width} << std::string("mono8")
+                  << uint8_t{0} << uint32_t{kRos2Width}
+                  << std::vector<uint8_t>(kRos2Width * kRos2Height, grey);
+  return out.Data();
+}
+inline std::string Ros2Pose(double t_s, double x) {
+  Ros2Writer out;
+  out.Header(t_s) << x << 2.0 << 3.0 << 0.0 << 0.0 << 0.0 << 1.0;
+  return out.Data();
+}
+inline std::string Ros2Imu(double t_s) {
+  Ros2Writer out;
+  out.Header(t_s).Zeros(13) << 0.1 << 0.2 << 0.3;
+  out.Zeros(9) << 1.0 << 2.0 << 9.8;
+  out.Zeros(9);
+  return out.Data();
+}
+
+/// Five frames with a pose and an IMU sample each, 0.1 s apart.
+inline std::vector<Message> Ros2Recording() {
+  std::vector<Message> out;
+  for (int i = 0; i < 5; ++i) {
+    const double t_s = 10 + 0.1 * i;
+    const int64_t arrival_ns = std::llround(1e9 * t_s) + 1000;
+    out.push_back({"/cam", "sensor_msgs/msg/Image", arrival_ns,
+                   Ros2Image(t_s, static_cast<uint8_t>(10 * i))});
+    out.push_back({"/body", "geometry_msgs/msg/PoseStamped", arrival_ns, Ros2Pose(t_s, i)});
+    out.push_back({"/imu", "sensor_msgs/msg/Imu", arrival_ns, Ros2Imu(t_s)});
+  }
+  return out;
 }
 
 }  // namespace tagtwist

@@ -83,12 +83,12 @@ std::optional<int64_t> ParseStamp(std::string_view text, StampUnit unit) {
   if (unit == StampUnit::kSeconds) return ParseSeconds(text);
   const double per_unit = SecondsIn(unit) * 1e9;
   if (const auto whole = ParseInteger(text)) {
-    const double most = 9e18 / per_unit;
+    const double most = kMostStampNs / per_unit;
     if (std::abs(static_cast<double>(*whole)) > most) return std::nullopt;
     return *whole * std::llround(per_unit);
   }
   const auto number = ParseNumber(text);
-  if (!number || !(std::abs(*number * per_unit) < 9e18)) return std::nullopt;
+  if (!number || !(std::abs(*number * per_unit) < kMostStampNs)) return std::nullopt;
   return std::llround(*number * per_unit);
 }
 

@@ -24,7 +24,11 @@ std::vector<double> NumbersOf(const CsvTable& table, size_t column) {
 }  // namespace
 
 Result<int64_t> ReadStamp(const CsvTable& table, size_t row, size_t column, TimeUnit unit) {
-  return unit == TimeUnit::kSeconds ? table.Seconds(row, column) : table.Integer(row, column);
+  if (unit == TimeUnit::kSeconds) return table.Seconds(row, column);
+  auto t_ns = table.Integer(row, column);
+  if (!t_ns || (*t_ns <= kMostStampNs && *t_ns >= -kMostStampNs)) return t_ns;
+  return table.ErrorAt(
+      row, "expected a stamp in nanoseconds, got " + QuoteForMessage(table.Cell(row, column)));
 }
 
 std::string FormatStamp(int64_t t_ns, TimeUnit unit) {

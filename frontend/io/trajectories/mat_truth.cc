@@ -17,7 +17,7 @@ Error ElementError(const std::string& path, const std::string& element, size_t i
 }  // namespace
 
 std::optional<int64_t> NanosecondsFromMat(double seconds) {
-  if (!(std::abs(seconds) < 9e9)) return std::nullopt;
+  if (!(std::abs(seconds) < 1e-9 * kMostStampNs)) return std::nullopt;
   return std::llround(seconds * 1e9);
 }
 

@@ -144,7 +144,8 @@ Result<TrajectoryFile> ViconPoses(const TextGrid& grid, const std::string& path,
     const auto frame = ParseNumber(CellOf(row, 0));
     if (!frame) break;  // another section
     const auto n = Numbers(row, column, size);
-    if (!n) {
+    const double t_ns = 1e9 * *frame / heading.rate_hz;
+    if (!n || !(std::abs(t_ns) < kMostStampNs)) {
       rows.PassOver(row.line, "without numbers");
       continue;
     }
@@ -152,8 +153,8 @@ Result<TrajectoryFile> ViconPoses(const TextGrid& grid, const std::string& path,
     const Eigen::Quaterniond q =
         quaternion ? Eigen::Quaterniond((*n)[3], (*n)[0], (*n)[1], (*n)[2]) : ExpSo3(vector);
     const Eigen::Vector3d p = metres * Eigen::Vector3d(n->data() + size - 3);
-    const Status added = rows.Add(row.line, std::llround(1e9 * *frame / heading.rate_hz),
-                                  {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()});
+    const Status added =
+        rows.Add(row.line, std::llround(t_ns), {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()});
     if (!added) return added.error();
   }
   return rows.Finish("Vicon");

@@ -152,7 +152,7 @@ bool FirstColumnCounts(const TextGrid& grid) {
   std::optional<int64_t> before;
   for (const TextGrid::Row& row : grid.rows()) {
     const auto number = ParseInteger(row.cells[0]);
-    if (!number || (before && *number != *before + 1)) return false;
+    if (!number || (before && (*number <= *before || *number - 1 != *before))) return false;
     before = number;
   }
   return true;
@@ -193,6 +193,16 @@ Result<TrajectoryColumns> ByNumber(const TextGrid& grid, const std::string& path
                std::to_string(columns) + " fields"};
 }
 
+// By those names, which must stand over all columns of the rows.
+Result<TrajectoryColumns> ByNamesOver(const TextGrid& grid, const TextGrid::Row& names,
+                                      const std::string& path) {
+  auto out = ByNames(names, path);
+  const size_t width = grid.rows().front().cells.size();
+  if (!out || names.cells.size() == width) return out;
+  return Error{path + ":" + std::to_string(names.line) + ": expected " + std::to_string(width) +
+               " names as the rows have fields, got " + std::to_string(names.cells.size())};
+}
+
 // The last line of the heading, when it names as many columns as the rows have.
 const TextGrid::Row* NamesOf(const TextGrid& grid) {
   for (auto row = grid.heading().rbegin(); row != grid.heading().rend(); ++row) {
@@ -216,7 +226,7 @@ Result<TrajectoryColumns> FindTrajectoryColumns(const TextGrid& grid, const std:
   // A heading that is no comment has names, though not those that are needed.
   for (const TextGrid::Row& row : grid.heading()) {
     const bool comment = row.cells[0].empty() || row.cells[0][0] == '#' || row.cells[0][0] == '%';
-    if (!comment && row.cells.size() > 1) return ByNames(row, path);
+    if (!comment && row.cells.size() > 1) return ByNamesOver(grid, row, path);
   }
   return ByNumber(grid, path);
 }
