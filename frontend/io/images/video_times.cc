@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
+
+#include "frontend/io/images/image_file.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/dict.h>
 #include <libavutil/display.h>
 #include <libavutil/log.h>
 }
@@ -35,17 +39,41 @@ Input OpenInput(const std::string& path) {
   av_log_set_level(AV_LOG_QUIET);
   AVFormatContext* context = nullptr;
   if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return {};
-  Input input(context);
-  if (avformat_find_stream_info(context, nullptr) < 0) return {};
-  return input;
+  return Input(context);
 }
 
-Decoder OpenDecoder(const AVStream& stream) {
+std::optional<std::string> SizeFault(const AVFormatContext& input, const Limits& limits) {
+  for (unsigned i = 0; i < input.nb_streams; ++i) {
+    const AVCodecParameters& stream = *input.streams[i]->codecpar;
+    if (stream.codec_type != AVMEDIA_TYPE_VIDEO || stream.width <= 0 || stream.height <= 0) {
+      continue;
+    }
+    const auto fault = FrameSizeFault(static_cast<uint64_t>(stream.width),
+                                      static_cast<uint64_t>(stream.height), limits);
+    if (fault) return fault;
+  }
+  return std::nullopt;
+}
+
+// Decodes the first frames, to know what the streams are; of none that is larger than the bound.
+bool FindStreams(AVFormatContext* input, const Limits& limits) {
+  const unsigned count = input->nb_streams;
+  std::vector<AVDictionary*> options(count + 1, nullptr);
+  for (AVDictionary*& of_stream : options) {
+    av_dict_set_int(&of_stream, "max_pixels", limits.frame_pixels, 0);
+  }
+  const bool found = avformat_find_stream_info(input, options.data()) >= 0;
+  for (AVDictionary*& of_stream : options) av_dict_free(&of_stream);
+  return found;
+}
+
+Decoder OpenDecoder(const AVStream& stream, const Limits& limits) {
   const AVCodec* codec = avcodec_find_decoder(stream.codecpar->codec_id);
   if (codec == nullptr) return {};
   Decoder decoder(avcodec_alloc_context3(codec));
   if (!decoder || avcodec_parameters_to_context(decoder.get(), stream.codecpar) < 0) return {};
   decoder->pkt_timebase = stream.time_base;
+  decoder->max_pixels = limits.frame_pixels;
   decoder->thread_count = 0;  // as many as there are cores
   if (avcodec_open2(decoder.get(), codec, nullptr) < 0) return {};
   return decoder;
@@ -101,14 +129,19 @@ RepairedStamps StampsByRate(size_t frames, double rate_hz) {
 
 }  // namespace
 
-Result<VideoTimes> ReadVideoTimes(const std::string& path) {
-  const Error no_video{path + ": no video that FFmpeg can read"};
+Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits) {
+  const Error no_video{
+      path + ": expected a course .mat, a video or a folder, got neither, or a damaged file"};
   const Input input = OpenInput(path);
   if (!input) return no_video;
+  // Before a frame is decoded, and again with what the first frames say.
+  if (const auto fault = SizeFault(*input, limits)) return Error{path + ": " + *fault};
+  if (!FindStreams(input.get(), limits)) return no_video;
+  if (const auto fault = SizeFault(*input, limits)) return Error{path + ": " + *fault};
   const int index = av_find_best_stream(input.get(), AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   if (index < 0) return no_video;
   const AVStream& stream = *input->streams[index];
-  const Decoder decoder = OpenDecoder(stream);
+  const Decoder decoder = OpenDecoder(stream, limits);
   if (!decoder) return no_video;
   VideoTimes out;
   out.rate_hz = ToHz(stream.avg_frame_rate);

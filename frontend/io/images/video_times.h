@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist {
@@ -20,8 +21,9 @@ struct VideoTimes {
 };
 
 /// Decodes the whole file once (libavformat and libavcodec): only then is it known which frames
-/// there are, and a frame keeps its own time through the decoder's reordering.
-Result<VideoTimes> ReadVideoTimes(const std::string& path);
+/// there are, and a frame keeps its own time through the decoder's reordering. A video with more
+/// pixels a frame than limits.frame_pixels is refused before they are decoded.
+Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits = {});
 
 /// Stamps of all frames, and what was done about those that had none or did not grow.
 struct RepairedStamps {

@@ -107,7 +107,7 @@ Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
                                                     const DataSourceOptions& options) {
   try {
     const auto times = ReadVideoTimes(path);
-    if (!times) return NoVideo(path);
+    if (!times) return times.error();
     if (times->stamps_ns.size() < 2) return NoVideo(path);  // FFmpeg takes an image for a video
     auto stamps = RepairStamps(*times);
     if (!stamps) return Error{path + ": " + stamps.error().message};

@@ -114,6 +114,16 @@ TEST_F(Ros2Bags, DamagedOnesAreRefused) {
   EXPECT_NE(Refusal("cut.db3"), "opened");
 }
 
+TEST_F(Ros2Bags, AChunkThatUnpacksToAThousandTimesItsSizeIsRefused) {
+  for (const char* compression : {"lz4", "zstd"}) {
+    const std::string zeros = Record(0x7F, std::string(60'000'000, '\0'));
+    std::string bytes = Mcap(compression, Ros2Recording());
+    bytes.insert(8, Chunk(compression, zeros));
+    Write("bomb.mcap", bytes);
+    EXPECT_THAT(Refusal("bomb.mcap"), HasSubstr("a chunk that says it unpacks to"));
+  }
+}
+
 // A length that says more than there is must not be believed.
 TEST_F(Ros2Bags, AHostileMessageIsABadImage) {
   std::vector<Message> messages = Ros2Recording();

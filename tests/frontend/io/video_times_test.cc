@@ -4,10 +4,45 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "frontend/io/images/video_file.h"
+#include "frontend/io/recordings/data_source.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/test_files.h"
+
 namespace tagtwist::video_times_test {
 namespace {
 
 using Stamps = std::vector<int64_t>;
+
+// Three frames of 64 x 48 as Motion JPEG, with other bytes behind each such mark.
+std::string VideoWith(const std::string& path, const std::string& mark, size_t after,
+                      const std::string& bytes) {
+  auto video = VideoFile::Create(path, 25, {64, 48});
+  EXPECT_TRUE(video);
+  for (int i = 0; i < 3; ++i) (*video)->Add(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(9)));
+  EXPECT_TRUE((*video)->Finish());
+  EXPECT_TRUE(OpenDataSource(path, {}));
+  std::string text = ReadText(path);
+  EXPECT_NE(text.find(mark), std::string::npos);
+  for (size_t at = text.find(mark); at != std::string::npos; at = text.find(mark, at + 1)) {
+    text.replace(at + after, bytes.size(), bytes);
+  }
+  WriteText(path, text);
+  const auto source = OpenDataSource(path, {});
+  return source ? "opened" : source.error().message;
+}
+
+TEST(VideoTimes, AFrameOfABillionPixelsIsRefusedBeforeItIsDecoded) {
+  const TempFolder folder;
+  const std::string path = folder / "x.avi";
+  // In the container's header, then in the frames' own.
+  EXPECT_EQ(VideoWith(path, "strf", 12, std::string("\0\x80\0\0\0\x80\0\0", 8)),
+            path + ": expected at most 100 million pixels, got 32768 x 32768");
+  EXPECT_NE(VideoWith(path, "\xFF\xC0", 5, std::string("\x80\0\x80\0", 4)), "opened");
+}
 
 TEST(VideoTimes, TimesThatGrowAreKept) {
   const auto repaired = RepairStamps({{0, 10, 35, 40}, 30, 1, 0});

@@ -4,10 +4,15 @@
 #include <zlib.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <optional>
+#include <string>
 
 namespace tagtwist {
 namespace {
+
+// What a chunk may unpack to, whatever it says: so much always, more where it is that much itself.
+constexpr uint64_t kAlwaysUnpacked = 32'000'000, kMostUnpackedRatio = 200;
 
 std::optional<std::string> Lz4(std::string_view packed, uint64_t size) {
   std::string out(size, '\0');
@@ -43,6 +48,10 @@ Result<std::string> UnpackMcapChunk(std::string_view chunk) {
   const std::string_view compression = bytes.TakeText();
   const std::string_view packed = bytes.Take(bytes.Take<uint64_t>());
   if (!bytes.Good() || size > kLargestMcapRecord) return Error{"a damaged chunk"};
+  if (size > kAlwaysUnpacked && size / kMostUnpackedRatio > packed.size()) {
+    return Error{"a chunk that says it unpacks to " +
+                 std::to_string(size / std::max<uint64_t>(packed.size(), 1)) + " times its size"};
+  }
   std::optional<std::string> out;
   if (compression.empty()) {
     if (packed.size() == size) out = std::string(packed);
