@@ -23,7 +23,7 @@ struct Trajectory {
   std::vector<GraphState> states;        // times strictly growing
   std::vector<Block> covariances;        // error state of GraphState
   std::vector<Block> cross_covariances;  // [k]: of state k + 1 (rows) with k
-  MotionPrior linear, angular;  // times the scale of each interval, which the states have
+  MotionPrior linear, angular;           // times the scale of each interval, which the states have
 
   /// State at any time from the first to the last; outside, the prior carries the end states on,
   /// with growing covariance. nullopt when there are no states.

@@ -84,19 +84,33 @@ MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angula
 MotionHistory::MotionHistory(const NoiseModel& noise)
     : banks_(noise.linear.on, noise.angular.on),
       fresh_(banks_),
-      single_(UnderOneDensity(noise.linear, noise.angular)) {}
+      rivals_{{1, UnderOneDensity(noise.linear, noise.angular)},
+              {0.1, UnderOneDensity(noise.linear, noise.angular)}} {}
 
 void MotionHistory::Compare(const MotionBanks::Densities& densities, const Frame& frame) {
   static constexpr double kFade = 1 - 1.0 / 100, kMost = 40;
-  single_.SetDensities(densities);
-  single_.Predict(frame.t_ns);
-  single_.Measure(*frame.pose);
-  const PartLikelihoods bank = banks_.log_likelihoods(), single = single_.log_likelihoods();
+  const PartLikelihoods bank = banks_.log_likelihoods();
   const auto part = [](double advantage, double by) {
     return std::clamp(kFade * advantage + by, -kClearly, kMost);
   };
-  advantage_ = {part(advantage_.linear, bank.linear - single.linear),
-                part(advantage_.angular, bank.angular - single.angular)};
+  for (Rival& rival : rivals_) {
+    rival.single.SetDensities({rival.share * densities.linear, rival.share * densities.angular});
+    rival.single.Predict(frame.t_ns);
+    rival.single.Measure(*frame.pose);
+    const PartLikelihoods single = rival.single.log_likelihoods();
+    rival.advantage = {part(rival.advantage.linear, bank.linear - single.linear),
+                       part(rival.advantage.angular, bank.angular - single.angular)};
+  }
+}
+
+bool MotionHistory::LinearVaries() const {
+  return std::all_of(rivals_.begin(), rivals_.end(),
+                     [](const Rival& rival) { return rival.advantage.linear > kClearly; });
+}
+
+bool MotionHistory::AngularVaries() const {
+  return std::all_of(rivals_.begin(), rivals_.end(),
+                     [](const Rival& rival) { return rival.advantage.angular > kClearly; });
 }
 
 void MotionHistory::Add(const EstimatorSetup& setup, const NoiseModel& noise,

@@ -82,9 +82,10 @@ class MotionHistory {
 
   const MotionBanks& banks() const { return banks_; }
   /// Whether the latest frames, about a hundred, are likelier beyond doubt under the bank than
-  /// under the noise model's density.
-  bool LinearVaries() const { return advantage_.linear > kClearly; }
-  bool AngularVaries() const { return advantage_.angular > kClearly; }
+  /// under the noise model's density, and than under a tenth of it: that is taken rather too high
+  /// where tags barely resolve the motion, which is no reason to believe in rest.
+  bool LinearVaries() const;
+  bool AngularVaries() const;
   bool Varies() const { return LinearVaries() || AngularVaries(); }
   /// Log-likelihoods of the frames under a bank that knows nothing yet.
   PartLikelihoods Likelihoods(MotionBanks bank) const;
@@ -100,8 +101,15 @@ class MotionHistory {
   };
   void Compare(const MotionBanks::Densities& densities, const Frame& frame);
 
-  MotionBanks banks_, fresh_, single_;
-  PartLikelihoods advantage_;  // of the bank, fading
+  // One density, and what the bank has over it, fading.
+  struct Rival {
+    double share = 1;  // of the noise model's
+    MotionBanks single;
+    PartLikelihoods advantage = {};
+  };
+
+  MotionBanks banks_, fresh_;
+  std::vector<Rival> rivals_;
   std::vector<Frame> frames_;
 };
 

@@ -15,6 +15,27 @@ namespace {
 // Weight that a frame's noise statistics keep from one frame to the next: about 300 frames count.
 constexpr double kFade = 1.0 - 1.0 / 300;
 
+// A window's frames may not resolve the motion; the likeliest density is then far too small as
+// often as not, and what follows from it too sure. Each part's becomes the largest that is nearly
+// as likely.
+void RaiseWhatIsNotResolved(const EstimatorSetup& setup, const SolveOptions& options,
+                            const GraphInput& input, NoiseModel* noise) {
+  constexpr double kNearly = 2, kStep = 2;
+  constexpr int kMostSteps = 8;
+  if (!MotionIsLearned(setup.options)) return;
+  const auto start = SolveAndInvert(setup, *noise, input, options);
+  if (!start) return;
+  for (const auto part : {&NoiseModel::linear, &NoiseModel::angular}) {
+    for (int i = 0; i < kMostSteps; ++i) {
+      NoiseModel higher = *noise;
+      (higher.*part).psd *= kStep;
+      const auto there = SolveAndInvert(setup, higher, input, options);
+      if (!there || !(there->log_likelihood > start->log_likelihood - kNearly)) break;
+      *noise = higher;
+    }
+  }
+}
+
 }  // namespace
 
 // Over one frame, or, where the time is up, over several.
@@ -23,6 +44,9 @@ Status FixedLagSmoother::LearnAtFirst(const TimeUp& time_up, WindowHypothesis* h
   for (GraphFrame& frame : hypothesis->input.frames) frame.motion = MotionScale();
   const auto learned = SolveAndLearn(setup_, StepOptions(time_up), &hypothesis->input, &noise_);
   if (!learned) return learned.error();
+  if (!IsUp(time_up)) {
+    RaiseWhatIsNotResolved(setup_, StepOptions(time_up), hypothesis->input, &noise_);
+  }
   hypothesis->motion = HistoryOf(setup_, noise_, hypothesis->input.frames);
   LetMotionVary(hypothesis);
   constexpr int kMostFrames = 20;

@@ -75,9 +75,10 @@ Path PathOf(Situation situation, Rng* rng) {
 struct Motion {
   Path path;
   Eigen::Vector3d along, turn;
+  double height_m = 1.1;
   Pose At(double t) const {
     const double x = path(t);
-    return Hover(Eigen::Vector3d(0.9, 0.9, 1.1) + x * along, 0.3 + x * turn.z(),
+    return Hover(Eigen::Vector3d(0.9, 0.9, height_m) + x * along, 0.3 + x * turn.z(),
                  {0.05 + x * turn.x(), 0.04 + x * turn.y(), 0});
   }
   BodyState StateAt(double t) const {
@@ -117,8 +118,8 @@ void AddPhantom(const TagMap& map, Rng* rng, std::vector<TagDetection>* tags) {
 }  // namespace
 
 std::string NameOf(Situation situation) {
-  const char* const names[] = {"smooth", "rest",      "take-off", "trapezoid", "stop and go",
-                               "hit",    "vibration", "gaps",     "phantoms",  "kidnapped"};
+  const char* const names[] = {"smooth",    "rest", "take-off", "trapezoid", "stop and go", "hit",
+                               "vibration", "gaps", "phantoms", "kidnapped", "far tag"};
   return names[static_cast<size_t>(situation)];
 }
 
@@ -130,7 +131,8 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
   const double angle = Draw(&rng, 0, situation == Situation::kKidnapped ? kPi2 / 4 : kPi2);
   const Motion motion{PathOf(situation, &rng),
                       Eigen::Vector3d(std::cos(angle), std::sin(angle), Draw(&rng, -0.3, 0.3)),
-                      {Draw(&rng, -0.5, 0.5), Draw(&rng, -0.5, 0.5), Draw(&rng, -1, 1)}};
+                      {Draw(&rng, -0.5, 0.5), Draw(&rng, -0.5, 0.5), Draw(&rng, -1, 1)},
+                      situation == Situation::kFarTag ? 2.5 : 1.1};
   const double gap_from = Draw(&rng, 4, 8), gap_to = gap_from + std::pow(10, Draw(&rng, -1, 0.7));
   for (int k = 0; k < static_cast<int>(kDurationS * rate_hz); ++k) {
     const double t = k / rate_hz;
@@ -140,6 +142,10 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
     m.tags = SeeTags(out.setup.map, out.setup.camera,
                      out.setup.cam_from_body * Inverse(truth.world_from_body), 0.2,
                      static_cast<unsigned>(rng()));
+    if (situation == Situation::kFarTag) {
+      const auto other = [](const TagDetection& tag) { return tag.id != 40; };
+      m.tags.erase(std::remove_if(m.tags.begin(), m.tags.end(), other), m.tags.end());
+    }
     if (situation == Situation::kGaps && t > gap_from && t < gap_to) m.tags.clear();
     if (situation == Situation::kPhantoms) {
       m.tags.resize(std::min<size_t>(m.tags.size(), 3));

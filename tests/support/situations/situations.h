@@ -21,6 +21,7 @@ enum class Situation {
   kGaps,       // of 0.1 to 20 s without a tag
   kPhantoms,   // random quads with ids of the map, few true tags
   kKidnapped,  // carried elsewhere between two frames
+  kFarTag,     // one tag alone, from so far that it barely resolves the motion
 };
 std::string NameOf(Situation situation);
 
