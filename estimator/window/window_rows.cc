@@ -182,7 +182,12 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   if (const double gap_s = GapSeconds(likeliest, state); gap_s > 0) {
     out.covariance = Scaled(out.covariance, prediction_check_.At(gap_s).OfSigmas());
   } else if (leaves && likeliest.is_step) {
-    out.covariance = Scaled(out.covariance, power_.scale());
+    // Densities that follow the motion are not those that the power was found for.
+    const MotionParts varying = VaryingParts(likeliest.motion, setup_.options);
+    StateVector by = power_.scale();
+    if (varying.linear) by.segment<6>(3).setOnes();
+    if (varying.angular) by.head<3>().setOnes(), by.tail<3>().setOnes();
+    out.covariance = Scaled(out.covariance, by);
   }
   if (state + 1 == static_cast<int>(seen_.size())) {  // how lively it is shows later
     out.covariance.diagonal() += ExcessVariances(likeliest);
