@@ -16,6 +16,8 @@ namespace {
 
 // Attitudes that lie further apart are open: 5 degrees.
 constexpr double kOpenRad = 0.0873;
+// What is faster is a contradiction among tags or stamps, and no body's state.
+constexpr double kFastestMps = 50;
 
 // Where the last solution has a frame of the window: it may still hold a state that left, or, after
 // a failure, one that was taken back.
@@ -192,7 +194,8 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   if (state + 1 == static_cast<int>(seen_.size())) {  // how lively it is shows later
     out.covariance.diagonal() += ExcessVariances(likeliest);
   }
-  if (IsMirrorOpen() || seen_[k].is_doubted) out.status = FrameStatus::kNoFix;
+  const bool is_absurd = !(out.state.twist.v_world.norm() < kFastestMps);
+  if (IsMirrorOpen() || seen_[k].is_doubted || is_absurd) out.status = FrameStatus::kNoFix;
   if (hypotheses_.size() > 1) {
     const StateVector d = Difference(hypotheses_[1].input.frames[k].state, frame.state);
     if (d.head<3>().norm() > kOpenRad) out.status = FrameStatus::kNoFix;
@@ -225,7 +228,6 @@ std::optional<PoseMeasurement> FixedLagSmoother::PoseOutOfTime(
 void FixedLagSmoother::AddUnseen(const Unseen& unseen, const FrameMeasurements& measurement,
                                  WindowOutput* out) {
   constexpr double kLostRad = 1, kLostM = 10;  // standard deviations of an axis
-  constexpr double kFastestMps = 50;           // of what can be believed without a tag
 
   out->current = WithoutState(measurement);
   if (!hypotheses_.empty()) {

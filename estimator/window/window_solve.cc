@@ -44,7 +44,7 @@ Status FixedLagSmoother::LearnAtFirst(const TimeUp& time_up, WindowHypothesis* h
   for (GraphFrame& frame : hypothesis->input.frames) frame.motion = MotionScale();
   const auto learned = SolveAndLearn(setup_, StepOptions(time_up), &hypothesis->input, &noise_);
   if (!learned) return learned.error();
-  if (!IsUp(time_up)) {
+  if (!IsUp(time_up) && !HasTracks(setup_, hypothesis->input)) {
     RaiseWhatIsNotResolved(setup_, StepOptions(time_up), hypothesis->input, &noise_);
   }
   hypothesis->motion = HistoryOf(setup_, noise_, hypothesis->input.frames);
@@ -111,6 +111,10 @@ void FixedLagSmoother::FollowMotion() {
 }
 
 void FixedLagSmoother::LetMotionVary(WindowHypothesis* hypothesis) const {
+  if (setup_.options.use_tracks && !segmenter_.segments().empty()) {
+    for (GraphFrame& frame : hypothesis->input.frames) frame.motion = MotionScale();
+    return;  // the bank knows of no tracks
+  }
   const MotionParts varying = VaryingParts(hypothesis->motion, setup_.options);
   if (!varying.linear && !varying.angular) return;
   TakeMotion(hypothesis->motion, noise_, varying, &hypothesis->input.frames);
