@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "frontend/base/option_check.h"
+
 namespace tagtwist {
 namespace {
 
@@ -34,6 +36,10 @@ std::optional<std::string> CheckDensityOfPrior(const EstimatorOptions& options) 
   return std::nullopt;
 }
 
+std::optional<std::string> CheckNotNegative(const char* name, const std::optional<double>& value) {
+  return value ? CheckRange(name, *value, 0.0, 1e6) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<std::string> EstimatorOptions::Problem() const {
@@ -50,7 +56,10 @@ std::optional<std::string> EstimatorOptions::Problem() const {
         CheckPositive("robust_scale", robust_scale),
         CheckAtLeast("window_frames", window_frames, 2),
         CheckAtLeast("max_iterations", max_iterations, 1),
-        CheckAtLeast("window_iterations", window_iterations, 1)}) {
+        CheckAtLeast("window_iterations", window_iterations, 1),
+        CheckNotNegative("lens_field_sigma_px", lens_field_sigma_px),
+        CheckNotNegative("tag_sigma_m", tag_sigma_m),
+        CheckNotNegative("corner_bias_sigma_px", corner_bias_sigma_px)}) {
     if (problem) return problem;
   }
   if (window_frames < track_segment_frames) {

@@ -51,14 +51,18 @@ struct EstimatorOptions {
   MotionPriorChoice motion_prior = MotionPriorChoice::kAuto;
   ClockChoice clock = ClockChoice::kAuto;
   Solver solver = Solver::kAuto;
-  bool systematic_errors = true;  // of lens, map and corners are learned for the covariance (batch)
-  bool use_tracks = true;         // KLT tracks enter the graph
-  int max_tracks_per_frame = 40;  // in the graph, >= 0
-  int track_segment_frames = 6;   // a track enters in pieces of at most this many frames, >= 2
-  double robust_scale = 2.0;      // Huber threshold, in root mean squares of a block, > 0
-  int window_frames = 15;         // states in the sliding window, >= 2
-  int max_iterations = 30;        // of a batch solve, >= 1
-  int window_iterations = 4;      // of a window's solve at each frame, >= 1
+  bool systematic_errors = true;  // of lens, map and corners are in the covariance: those given
+                                  // below, and in batch, learned, the others
+  std::optional<double> lens_field_sigma_px;   // what the lens leaves, of a corner [px], >= 0
+  std::optional<double> tag_sigma_m;           // of each coordinate of a tag's place [m], >= 0
+  std::optional<double> corner_bias_sigma_px;  // of all corners, along diagonals [px], >= 0
+  bool use_tracks = true;                      // KLT tracks enter the graph
+  int max_tracks_per_frame = 40;               // in the graph, >= 0
+  int track_segment_frames = 6;  // a track enters in pieces of at most this many frames, >= 2
+  double robust_scale = 2.0;     // Huber threshold, in root mean squares of a block, > 0
+  int window_frames = 15;        // states in the sliding window, >= 2
+  int max_iterations = 30;       // of a batch solve, >= 1
+  int window_iterations = 4;     // of a window's solve at each frame, >= 1
 
   std::optional<std::string> Problem() const;
 
@@ -74,6 +78,9 @@ struct EstimatorOptions {
     visit("clock", self.clock);
     visit("solver", self.solver);
     visit("systematic_errors", self.systematic_errors);
+    visit("lens_field_sigma_px", self.lens_field_sigma_px);
+    visit("tag_sigma_m", self.tag_sigma_m);
+    visit("corner_bias_sigma_px", self.corner_bias_sigma_px);
     visit("use_tracks", self.use_tracks);
     visit("max_tracks_per_frame", self.max_tracks_per_frame);
     visit("track_segment_frames", self.track_segment_frames);

@@ -50,6 +50,10 @@ double Step(const LinearEvidence& data, EvidenceFit* fit) {
   for (ParameterGroup& g : fit->groups) {
     if (g.sigma == 0) continue;
     const double determined = g.size - left_open.segment(g.first, g.size).sum();
+    if (g.is_given) {
+      known += determined;
+      continue;
+    }
     if (determined < kNothing) {
       g.sigma = 0;
       continue;
@@ -83,7 +87,7 @@ bool LeaveOutOne(const LinearEvidence& data, EvidenceFit* fit) {
   ParameterGroup* least = nullptr;
   double least_loss = kClearly / 2;
   for (ParameterGroup& g : fit->groups) {
-    if (g.sigma == 0) continue;
+    if (g.sigma == 0 || g.is_given) continue;
     const double sigma = std::exchange(g.sigma, 0);
     const double loss = fit->log_evidence - Scale(data, fit->groups, fit->noise_scale).log_evidence;
     g.sigma = sigma;
@@ -103,7 +107,7 @@ void PutBackWhatIsOpen(const LinearEvidence& data, const std::vector<ParameterGr
   constexpr int kHalvings = 6;
   for (size_t i = 0; i < start.size(); ++i) {
     ParameterGroup& g = fit->groups[i];
-    if (g.sigma != 0) continue;
+    if (g.sigma != 0 || g.is_given) continue;
     const double best = Scale(data, fit->groups, fit->noise_scale).log_evidence;
     g.sigma = start[i].sigma;
     for (int k = 0; Scale(data, fit->groups, fit->noise_scale).log_evidence < best - kOpen; ++k) {

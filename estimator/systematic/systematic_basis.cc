@@ -52,7 +52,26 @@ int SystematicBasis::size() const {
 std::vector<ParameterGroup> SystematicBasis::Groups() const {
   const auto field = static_cast<int>(2 * field_.modes().cols());
   const auto tags = kTagParameters * static_cast<int>(tags_.size());
-  return {{0, field, kFieldPx}, {field, tags, kTagM}, {field + tags, 1, kBiasPx}};
+  const auto group = [](int first, int size, const std::optional<double>& given, double start) {
+    return ParameterGroup{first, size, given.value_or(start), given.has_value()};
+  };
+  const EstimatorOptions& o = setup_.options;
+  return {group(0, field, o.lens_field_sigma_px, kFieldPx),
+          group(field, tags, o.tag_sigma_m, kTagM),
+          group(field + tags, 1, o.corner_bias_sigma_px, kBiasPx)};
+}
+
+Eigen::MatrixXd SystematicBasis::TimesGivenSigmas(const Eigen::MatrixXd& effects) const {
+  const EstimatorOptions& o = setup_.options;
+  const Eigen::Index knots = field_.knots(), modes = field_.modes().cols();
+  const Eigen::Index tags = effects.cols() - 2 * knots - 1;
+  Eigen::MatrixXd out(effects.rows(), 2 * modes + tags + 1);
+  const double field_px = o.lens_field_sigma_px.value_or(0);
+  out.leftCols(modes) = field_px * effects.leftCols(knots) * field_.modes();
+  out.middleCols(modes, modes) = field_px * effects.middleCols(knots, knots) * field_.modes();
+  out.middleCols(2 * modes, tags) = o.tag_sigma_m.value_or(0) * effects.middleCols(2 * knots, tags);
+  out.rightCols(1) = o.corner_bias_sigma_px.value_or(0) * effects.rightCols(1);
+  return out;
 }
 
 // The knots' u and v lie side by side, and so do the modes'.
@@ -125,7 +144,8 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
   const Eigen::Matrix<double, 8, 8> whitener =
       CornerWhitener(CornerCovariance(setup_, tag, noise.corner_sigma_px));
   const double norm = (whitener * out->residual).norm();
-  const double root_weight = std::sqrt(std::min(1.0, HuberDelta(setup_.options.robust_scale, 8) / norm));
+  const double root_weight =
+      std::sqrt(std::min(1.0, HuberDelta(setup_.options.robust_scale, 8) / norm));
   const Eigen::Matrix<double, 8, 8> scale = root_weight * whitener;
   out->residual = scale * out->residual;
   out->by_pose = scale * out->by_pose;

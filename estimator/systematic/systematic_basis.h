@@ -30,6 +30,9 @@ class SystematicBasis {
   LinearEvidence ToModes(const LinearEvidence& of_knots) const;
   Eigen::MatrixXd ToModes(const Eigen::MatrixXd& of_knots) const;    // F'F
   Eigen::MatrixXd FromModes(const Eigen::MatrixXd& of_modes) const;  // columns
+  /// Rows, effects of the parameters, times a square root of what is given of their covariance:
+  /// what is not given is none.
+  Eigen::MatrixXd TimesGivenSigmas(const Eigen::MatrixXd& effects) const;
 
   /// A tag of one frame, whitened: the residual (predicted less seen), its derivatives by the pose
   /// (world_from_body's tangent), and what a unit of the parameters at `columns` adds to the seen
@@ -45,7 +48,7 @@ class SystematicBasis {
                  TagTerms* out) const;
 
  private:
-  const EstimatorSetup& setup_;
+  EstimatorSetup setup_;
   ImageField field_;
   std::unordered_map<int, int> tags_;  // id to its place
 };

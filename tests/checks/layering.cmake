@@ -24,7 +24,7 @@ set(table
   "estimator/solve      | estimator/graph estimator/result          | ceres"
   "estimator/systematic | estimator/result                          | ceres"
   "estimator/batch      | estimator/start estimator/solve estimator/systematic estimator/motion | ceres"
-  "estimator/window     | estimator/start estimator/solve estimator/motion | ceres"
+  "estimator/window     | estimator/start estimator/solve estimator/systematic estimator/motion | ceres"
   "estimator/calibration| estimator/start                           | ceres"
   "estimator/evaluation | estimator/calibration estimator/result    | ceres"
   "estimator/online     | estimator/batch estimator/window estimator/evaluation frontend frontend/io | opencv2"

@@ -12,6 +12,7 @@
 #include "estimator/batch/batch.h"
 #include "estimator/systematic/evidence.h"
 #include "estimator/systematic/image_field.h"
+#include "estimator/window/sliding_window.h"
 #include "frontend/types/rig.h"
 #include "tests/support/exact_model.h"
 #include "tests/support/simulated_flight.h"
@@ -63,6 +64,13 @@ TEST(Evidence, KeepsAGroupThatTheDataDoNotSpeakOfWhereOthersAreSeen) {
   const auto fit = FitByEvidence(data, {{0, 30, 1}, {30, 30, 0.7}});
   EXPECT_DOUBLE_EQ(fit.groups[1].sigma, 0.7);
   EXPECT_NEAR(fit.covariance(40, 40), 0.49, 1e-9);
+}
+
+TEST(Evidence, LeavesWhatIsGivenAsItIs) {
+  const LinearEvidence data = DrawLinear(2.0, 0, 0.5, 400, 5);
+  const auto fit = FitByEvidence(data, {{0, 30, 1}, {30, 30, 0.02, true}});
+  EXPECT_DOUBLE_EQ(fit.groups[1].sigma, 0.02);
+  EXPECT_NEAR(fit.groups[0].sigma, 2.0, 0.6);
 }
 
 TEST(ImageField, IsBilinearBetweenItsKnotsAndConstantBeyondTheImage) {
@@ -210,6 +218,48 @@ TEST(SystematicErrors, SlowAreCoveredByTheCovariances) {
   }
   EXPECT_THAT(with / runs, AllOf(Gt(0.5), Lt(2)));
   EXPECT_GT(without / runs, 8);
+}
+
+// What a window says of a flight, at arrival and at the lag, but for its first second.
+struct WindowNees {
+  double current = 0, lagged = 0;
+};
+
+WindowNees NeesOfWindow(const Drawn& drawn, const EstimatorOptions& options) {
+  SlidingWindow window(drawn.set_up, options);
+  Estimate current, lagged;
+  for (const FrameMeasurements& measurement : drawn.flight.measurements) {
+    auto out = window.Add(measurement);
+    EXPECT_TRUE(out);
+    current.frames.push_back(out->current);
+    lagged.frames.insert(lagged.frames.end(), out->lagged.begin(), out->lagged.end());
+  }
+  for (const FrameEstimate& frame : window.Finish()) lagged.frames.push_back(frame);
+  EXPECT_EQ(lagged.frames.size(), current.frames.size());
+  const std::vector<BodyState> truth(drawn.flight.truth.begin() + 30, drawn.flight.truth.end());
+  for (Estimate* e : {&current, &lagged})
+    e->frames.erase(e->frames.begin(), e->frames.begin() + 30);
+  return {PoseNees(current, truth), PoseNees(lagged, truth)};
+}
+
+TEST(SystematicErrors, SlowThoseGivenAreInTheWindowsCovariances) {
+  EstimatorOptions given;
+  given.lens_field_sigma_px = 0.3;
+  given.tag_sigma_m = 2e-3;
+  given.corner_bias_sigma_px = 0.2;
+  WindowNees with, without;
+  int runs = 0;
+  for (const char* name : {"figure8", "agile", "circle", "hover"}) {
+    for (unsigned seed = 10; seed < 13; ++seed, ++runs) {
+      const Drawn drawn = Draw(name, {0.3, 2e-3, 0.2}, seed);
+      const WindowNees a = NeesOfWindow(drawn, given), b = NeesOfWindow(drawn, {});
+      with.current += a.current, with.lagged += a.lagged;
+      without.current += b.current, without.lagged += b.lagged;
+    }
+  }
+  EXPECT_THAT(with.current / runs, AllOf(Gt(0.4), Lt(2)));
+  EXPECT_THAT(with.lagged / runs, AllOf(Gt(0.4), Lt(2)));
+  EXPECT_GT(without.lagged / runs, 5);
 }
 
 TEST(SystematicErrors, WidenTheCovarianceAndLeaveTheStatesAlone) {

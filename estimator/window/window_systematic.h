@@ -1,0 +1,59 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/result/estimate.h"
+#include "estimator/systematic/systematic_basis.h"
+#include "estimator/window/window_output.h"
+
+namespace tagtwist {
+
+/// What a frame's own tags say of its pose: their information, and what a unit of each parameter of
+/// a SystematicBasis pushes it by (6 x parameters).
+struct PosePush {
+  int64_t t_ns = 0;
+  PoseCovariance information = PoseCovariance::Zero();
+  Eigen::MatrixXd push;
+};
+PosePush PushOfTags(const SystematicBasis& basis, const NoiseModel& noise,
+                    const std::vector<TagDetection>& tags, const FrameEstimate& frame);
+
+/// What errors that last do to the poses of consecutive frames: the shift that each frame's own
+/// tags would have by them, averaged with its neighbours' over as many frames as its covariance
+/// says that it draws on, and the change of it as a shift of the twist.
+class SystematicShift {
+ public:
+  /// Adds what is given of these errors to the frame's covariance. Stamps grow; one without a state
+  /// begins anew. `later`: frames after it that its estimate draws on, from the next one on.
+  void AddTo(const SystematicBasis& basis, const PosePush& own, const std::deque<PosePush>& later,
+             FrameEstimate* frame);
+
+ private:
+  PosePush faded_;  // frames until the last one
+  Eigen::MatrixXd shift_;
+};
+
+/// The part of SystematicErrors that the configuration gives, for a window: frame after frame, at
+/// its arrival and at the lag.
+class WindowSystematic {
+ public:
+  explicit WindowSystematic(const EstimatorSetup& setup);
+  /// Whether anything is given.
+  static bool IsAsked(const EstimatorOptions& options);
+
+  void AddTo(const FrameMeasurements& measurement, const NoiseModel& noise, WindowOutput* out);
+  /// Frames at the lag, in order.
+  void AddTo(std::vector<FrameEstimate>* lagged);
+
+ private:
+  SystematicBasis basis_;
+  SystematicShift at_arrival_, at_lag_;
+  std::deque<PosePush> seen_;  // frames that are not yet told at the lag
+};
+
+}  // namespace tagtwist
