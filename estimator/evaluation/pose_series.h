@@ -26,8 +26,8 @@ PoseSeries ClosedFormSeries(const std::vector<FrameEstimate>& frames, ClosedForm
 
 /// The trajectory at a time: a sample of exactly that stamp as it is; otherwise between its two
 /// neighbours, when they are at most max_gap_s apart: position and rotation cubic by the twists
-/// of an estimate with covariances (others' twists are mostly too noisy), else linear; twist and covariance linear. nullopt outside the series and
-/// in gaps. Stamps grow strictly.
+/// of an estimate with covariances (others' twists are mostly too noisy), else linear; twist and
+/// covariance linear. nullopt outside the series and in gaps. Stamps grow strictly.
 std::optional<PoseSample> SampleAt(const PoseSeries& series, int64_t t_ns, double max_gap_s);
 
 /// The sample as seen by somebody who measures the frame `marker` fixed to the body, in the world
