@@ -194,6 +194,9 @@ std::vector<Finding> ReprojectionFindings(const Estimate& estimate) {
   const Systematic by_tag = ByTag(errors, &off);
   const bool lens_is_off = AddLens(errors, ByPlace(errors), by_tag, &out);
   AddTags(errors, off, lens_is_off, &out);
+  // Where the estimate looked for errors of lens and map, what it found is in its covariances.
+  const bool is_covered = estimate.systematic.position_m > 0;
+  for (Finding& finding : out) finding.is_in_sigmas = is_covered;
   AddNoise(estimate.noise, errors, &out);
   return out;
 }

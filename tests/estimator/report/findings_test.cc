@@ -92,6 +92,18 @@ TEST(Verdict, TrustsWhatNothingSpeaksAgainst) {
               HasSubstr("as far as that can be seen without ground truth"));
 }
 
+TEST(Verdict, ALensThatIsOffIsInTheSigmasWhereItWasLearned) {
+  CalibrationFlight flight = FlightAsConfigured();
+  flight.config.set_up.rig.front().camera.k1 = 0.03;
+  Estimate estimate = EstimateOf(flight);
+  const auto of_lens = [&] { return ReprojectionFindings(estimate); };
+  ASSERT_FALSE(of_lens().empty());
+  ASSERT_GT(estimate.systematic.position_m, 0);
+  EXPECT_TRUE(of_lens().front().is_in_sigmas);
+  estimate.systematic = {};
+  EXPECT_FALSE(of_lens().front().is_in_sigmas);
+}
+
 TEST(Verdict, NamesTheFirstThatSpeaksAgainstItAndHowManyMore) {
   const Case run = RunAsConfigured();
   const Finding in_sigmas{"Errors last.", "", true};
