@@ -59,7 +59,8 @@ std::optional<std::string> EstimatorOptions::Problem() const {
         CheckAtLeast("window_iterations", window_iterations, 1),
         CheckNotNegative("lens_field_sigma_px", lens_field_sigma_px),
         CheckNotNegative("tag_sigma_m", tag_sigma_m),
-        CheckNotNegative("corner_bias_sigma_px", corner_bias_sigma_px)}) {
+        CheckNotNegative("corner_bias_sigma_px", corner_bias_sigma_px),
+        CheckNotNegative("focal_sigma", focal_sigma)}) {
     if (problem) return problem;
   }
   if (window_frames < track_segment_frames) {

@@ -56,6 +56,7 @@ struct EstimatorOptions {
   std::optional<double> lens_field_sigma_px;   // what the lens leaves, of a corner [px], >= 0
   std::optional<double> tag_sigma_m;           // of each coordinate of a tag's place [m], >= 0
   std::optional<double> corner_bias_sigma_px;  // of all corners, along diagonals [px], >= 0
+  std::optional<double> focal_sigma;           // of the focal length, relative, >= 0; never learned
   bool use_tracks = true;                      // KLT tracks enter the graph
   int max_tracks_per_frame = 40;               // in the graph, >= 0
   int track_segment_frames = 6;  // a track enters in pieces of at most this many frames, >= 2
@@ -81,6 +82,7 @@ struct EstimatorOptions {
     visit("lens_field_sigma_px", self.lens_field_sigma_px);
     visit("tag_sigma_m", self.tag_sigma_m);
     visit("corner_bias_sigma_px", self.corner_bias_sigma_px);
+    visit("focal_sigma", self.focal_sigma);
     visit("use_tracks", self.use_tracks);
     visit("max_tracks_per_frame", self.max_tracks_per_frame);
     visit("track_segment_frames", self.track_segment_frames);

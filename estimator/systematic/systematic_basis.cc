@@ -46,7 +46,7 @@ SystematicBasis::SystematicBasis(const EstimatorSetup& setup, const std::vector<
 }
 
 int SystematicBasis::size() const {
-  return 2 * field_.knots() + kTagParameters * static_cast<int>(tags_.size()) + 1;
+  return 2 * field_.knots() + kTagParameters * static_cast<int>(tags_.size()) + 2;
 }
 
 std::vector<ParameterGroup> SystematicBasis::Groups() const {
@@ -58,19 +58,21 @@ std::vector<ParameterGroup> SystematicBasis::Groups() const {
   const EstimatorOptions& o = setup_.options;
   return {group(0, field, o.lens_field_sigma_px, kFieldPx),
           group(field, tags, o.tag_sigma_m, kTagM),
-          group(field + tags, 1, o.corner_bias_sigma_px, kBiasPx)};
+          group(field + tags, 1, o.corner_bias_sigma_px, kBiasPx),
+          {field + tags + 1, 1, o.focal_sigma.value_or(0), true}};
 }
 
 Eigen::MatrixXd SystematicBasis::TimesGivenSigmas(const Eigen::MatrixXd& effects) const {
   const EstimatorOptions& o = setup_.options;
   const Eigen::Index knots = field_.knots(), modes = field_.modes().cols();
-  const Eigen::Index tags = effects.cols() - 2 * knots - 1;
-  Eigen::MatrixXd out(effects.rows(), 2 * modes + tags + 1);
+  const Eigen::Index tags = effects.cols() - 2 * knots - 2;
+  Eigen::MatrixXd out(effects.rows(), 2 * modes + tags + 2);
   const double field_px = o.lens_field_sigma_px.value_or(0);
   out.leftCols(modes) = field_px * effects.leftCols(knots) * field_.modes();
   out.middleCols(modes, modes) = field_px * effects.middleCols(knots, knots) * field_.modes();
   out.middleCols(2 * modes, tags) = o.tag_sigma_m.value_or(0) * effects.middleCols(2 * knots, tags);
-  out.rightCols(1) = o.corner_bias_sigma_px.value_or(0) * effects.rightCols(1);
+  out.col(2 * modes + tags) = o.corner_bias_sigma_px.value_or(0) * effects.col(2 * knots + tags);
+  out.rightCols(1) = o.focal_sigma.value_or(0) * effects.rightCols(1);
   return out;
 }
 
@@ -140,7 +142,9 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
       columns[2 * knots + kTagParameters * at->second + a] = -out->by_pose.col(3 + a);
     }
   }
-  columns[size() - 1] = Outwards(corners);
+  columns[size() - 2] = Outwards(corners);
+  columns[size() - 1] =
+      (corners.colwise() - Eigen::Vector2d(setup_.camera.cx, setup_.camera.cy)).reshaped();
   const Eigen::Matrix<double, 8, 8> whitener =
       CornerWhitener(CornerCovariance(setup_, tag, noise.corner_sigma_px));
   const double norm = (whitener * out->residual).norm();

@@ -14,10 +14,11 @@ namespace tagtwist {
 std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames);
 
 /// What errors of a set-up that last from frame to frame do to a tag's corners, to first order:
-/// parameters side by side in three groups.
+/// parameters side by side in four groups.
 ///   - a smooth field over the image [px], u and v: what the lens model leaves;
 ///   - three a tag [m]: its position in W;
-///   - one shift of all corners away from the centre of their tag, along the diagonals [px].
+///   - one shift of all corners away from the centre of their tag, along the diagonals [px];
+///   - the focal length, relative.
 class SystematicBasis {
  public:
   /// Only those tags' own errors are parameters; tag ids.

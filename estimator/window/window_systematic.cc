@@ -75,8 +75,8 @@ void SystematicShift::AddTo(const SystematicBasis& basis, const PosePush& own,
 WindowSystematic::WindowSystematic(const EstimatorSetup& setup) : basis_(setup, IdsOf(setup.map)) {}
 
 bool WindowSystematic::IsAsked(const EstimatorOptions& options) {
-  return options.systematic_errors &&
-         (options.lens_field_sigma_px || options.tag_sigma_m || options.corner_bias_sigma_px);
+  return options.systematic_errors && (options.focal_sigma || options.lens_field_sigma_px ||
+                                       options.tag_sigma_m || options.corner_bias_sigma_px);
 }
 
 void WindowSystematic::AddTo(const FrameMeasurements& measurement, const NoiseModel& noise,

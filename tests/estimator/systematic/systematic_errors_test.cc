@@ -262,6 +262,23 @@ TEST(SystematicErrors, SlowThoseGivenAreInTheWindowsCovariances) {
   EXPECT_GT(without.lagged / runs, 5);
 }
 
+// From one height no residual shows a focal length that is off.
+TEST(SystematicErrors, AGivenFocalSigmaCoversWhatNothingShows) {
+  Drawn drawn{CourseSetUp(), SimulateCorners("figure8", 4, 30)};
+  Camera& camera = drawn.set_up.rig.front().camera;
+  camera.fx *= 1.02;
+  camera.fy *= 1.02;
+  EstimatorOptions given;
+  given.focal_sigma = 0.02;
+  EXPECT_GT(PoseNees(Solve(drawn), drawn.flight.truth), 100);
+  const auto batch = RunBatch(drawn.set_up, given, drawn.flight.measurements);
+  ASSERT_TRUE(batch);
+  EXPECT_THAT(PoseNees(*batch, drawn.flight.truth), AllOf(Gt(0.1), Lt(2)));
+  const WindowNees window = NeesOfWindow(drawn, given);
+  EXPECT_THAT(window.current, AllOf(Gt(0.1), Lt(2)));
+  EXPECT_THAT(window.lagged, AllOf(Gt(0.1), Lt(2)));
+}
+
 TEST(SystematicErrors, WidenTheCovarianceAndLeaveTheStatesAlone) {
   const Drawn drawn = Draw("figure8", {0.3, 2e-3, 0.2}, 4);
   const Estimate with = Solve(drawn), without = Solve(drawn, false);
