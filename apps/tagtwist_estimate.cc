@@ -20,7 +20,7 @@
 #include "estimator/jobs/calibrate_recording.h"
 #include "estimator/jobs/map_recording.h"
 #include "estimator/jobs/online_run.h"
-#include "estimator/jobs/overlay_recording.h"
+#include "estimator/jobs/overlay/overlay_recording.h"
 #include "estimator/jobs/run.h"
 #include "estimator/live/live_feed.h"
 #include "estimator/live/stopwatch.h"
@@ -33,7 +33,7 @@
 #include "frontend/base/files/file_set.h"
 #include "frontend/base/files/run_files.h"
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/io/tables/detections_csv.h"
 
 namespace tagtwist {

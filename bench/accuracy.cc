@@ -11,8 +11,8 @@
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/progress.h"
 #include "frontend/base/option_check.h"
-#include "tests/support/bench_flights.h"
-#include "tests/support/exact_model.h"
+#include "tests/support/flights/bench_flights.h"
+#include "tests/support/flights/exact_model.h"
 
 DEFINE_int32(seeds, 5, "Runs of each simulated flight, every one with noise of its own.");
 DEFINE_int32(exact_runs, 200, "Runs of each exact model; 0 leaves them out.");

@@ -16,8 +16,8 @@
 #include "estimator/solve/smoother.h"
 #include "estimator/start/recording_start.h"
 #include "frontend/base/option_check.h"
-#include "frontend/base/quantile.h"
-#include "tests/support/bench_flights.h"
+#include "frontend/base/statistics/quantile.h"
+#include "tests/support/flights/bench_flights.h"
 
 DEFINE_double(duration, 17.65, "Seconds of the flight, 49 frames each.");
 DEFINE_double(corner_noise_px, 0.3, "Noise of the corners, standard deviation [px].");

@@ -8,9 +8,9 @@
 #include "estimator/batch/batch.h"
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/progress.h"
-#include "frontend/base/chi_square.h"
+#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/option_check.h"
-#include "tests/support/calibration_flight.h"
+#include "tests/support/flights/calibration_flight.h"
 
 DEFINE_int32(seeds, 40, "Flights, every one with noise and tags of its own.");
 DEFINE_int32(frames, 120, "Of a flight, at 10 Hz.");

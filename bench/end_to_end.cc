@@ -11,7 +11,7 @@
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/progress.h"
 #include "frontend/base/option_check.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/simulation/named_flights.h"
 
 DEFINE_string(trajectory, "figure8", "Of the flight: as tagtwist_simulate's.");

@@ -14,7 +14,7 @@
 #include "estimator/jobs/progress.h"
 #include "estimator/window/sliding_window.h"
 #include "frontend/base/option_check.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/front_end.h"
 #include "frontend/tags/find_tags.h"
 

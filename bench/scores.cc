@@ -6,7 +6,7 @@
 
 #include "estimator/batch/batch.h"
 #include "estimator/window/sliding_window.h"
-#include "frontend/base/chi_square.h"
+#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/format_text.h"
 
 namespace tagtwist {

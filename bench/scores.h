@@ -7,7 +7,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/report/findings/comparison_table.h"
 #include "frontend/base/result.h"
-#include "tests/support/bench_flights.h"
+#include "tests/support/flights/bench_flights.h"
 
 namespace tagtwist {
 

@@ -10,8 +10,8 @@
 
 #include "bench/run_bench.h"
 #include "frontend/base/option_check.h"
-#include "frontend/base/quantile.h"
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/quantile.h"
+#include "frontend/base/statistics/random_stream.h"
 #include "frontend/front_end.h"
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/simulation/renderer.h"

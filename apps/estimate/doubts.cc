@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "estimator/calibration/set_up_fault.h"
+#include "estimator/calibration/set_up/set_up_fault.h"
 #include "estimator/evaluation/plausibility.h"
 #include "estimator/evaluation/truth_fault.h"
 #include "estimator/jobs/find_family.h"

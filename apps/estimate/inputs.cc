@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist {

@@ -2,7 +2,7 @@
 
 #include <iostream>
 
-#include "estimator/jobs/overlay_recording.h"
+#include "estimator/jobs/overlay/overlay_recording.h"
 #include "estimator/live/live_feed.h"
 #include "estimator/online/recording_options.h"
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "frontend/base/least_squares.h"
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/robust.h"
 #include "frontend/types/truth.h"
 #include "residuals/truth_residual.h"
 

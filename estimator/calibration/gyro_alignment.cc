@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "frontend/base/format_text.h"
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/robust.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/calibration/costs.h"
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/robust.h"
 
 namespace tagtwist {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "estimator/calibration/costs.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/types/truth.h"
 
 namespace tagtwist {

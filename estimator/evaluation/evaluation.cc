@@ -8,7 +8,7 @@
 #include "estimator/evaluation/alignment.h"
 #include "estimator/evaluation/error_bound.h"
 #include "estimator/evaluation/truth_match.h"
-#include "frontend/base/chi_square.h"
+#include "frontend/base/statistics/chi_square.h"
 #include "frontend/types/nees.h"
 #include "frontend/types/so3.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/types/truth.h"
 
 namespace tagtwist {

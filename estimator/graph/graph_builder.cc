@@ -9,7 +9,7 @@
 
 #include "estimator/graph/noise_model.h"
 #include "frontend/base/check.h"
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/robust.h"
 #include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
 #include "residuals/tag_reprojection_residual.h"

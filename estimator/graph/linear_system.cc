@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/robust.h"
 #include "residuals/motion_residual.h"
 #include "residuals/pose_manifold.h"
 #include "residuals/tag_reprojection_residual.h"

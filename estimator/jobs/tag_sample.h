@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "estimator/calibration/set_up_fit.h"
+#include "estimator/calibration/set_up/set_up_fit.h"
 
 namespace tagtwist {
 

@@ -6,8 +6,8 @@
 #include <deque>
 
 #include "estimator/graph/pose_bound.h"
-#include "frontend/base/quantile.h"
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/quantile.h"
+#include "frontend/base/statistics/robust.h"
 #include "frontend/geometry/frame_pose.h"
 #include "residuals/tag_reprojection_residual.h"
 

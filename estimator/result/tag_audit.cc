@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
-#include "frontend/base/thinned_sample.h"
+#include "frontend/base/statistics/thinned_sample.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist {

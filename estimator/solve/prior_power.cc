@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estimator/graph/linear_system.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist {
 namespace {

@@ -7,7 +7,7 @@
 #include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
 #include "estimator/start/recording_start.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/geometry/frame_pose.h"
 
 namespace tagtwist {

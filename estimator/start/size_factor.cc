@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/pose_refine.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/geometry/quad_shape.h"
 
 namespace tagtwist {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/robust.h"
 #include "residuals/corner_whitener.h"
 #include "residuals/tag_reprojection_residual.h"
 

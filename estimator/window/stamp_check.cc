@@ -1,7 +1,7 @@
 #include "estimator/window/stamp_check.h"
 
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/types/body_state.h"
 
 namespace tagtwist {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "frontend/base/chi_square.h"
+#include "frontend/base/statistics/chi_square.h"
 
 namespace tagtwist {
 namespace {

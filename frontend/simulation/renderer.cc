@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/random_stream.h"
 
 namespace tagtwist {
 namespace {

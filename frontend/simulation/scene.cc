@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "frontend/base/option_check.h"
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/random_stream.h"
 #include "frontend/base/units.h"
 #include "frontend/simulation/board_squares.h"
 #include "frontend/simulation/scribble.h"

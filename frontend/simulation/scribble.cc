@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/random_stream.h"
 #include "frontend/base/units.h"
 
 namespace tagtwist {

@@ -9,7 +9,7 @@
 
 #include "frontend/base/number_text.h"
 #include "frontend/base/option_check.h"
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/random_stream.h"
 #include "frontend/simulation/renderer.h"
 
 namespace tagtwist {

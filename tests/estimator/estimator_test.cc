@@ -4,8 +4,8 @@
 
 #include "estimator/batch/batch.h"
 #include "estimator/window/sliding_window.h"
-#include "tests/support/exact_model.h"
-#include "tests/support/window_run.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/window_run.h"
 
 namespace tagtwist::estimator_test {
 namespace {

@@ -8,7 +8,7 @@
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/start/recording_start.h"
 #include "estimator/window/window_hypothesis.h"
-#include "tests/support/exact_model.h"
+#include "tests/support/flights/exact_model.h"
 
 namespace tagtwist::other_factor_test {
 namespace {

@@ -5,7 +5,7 @@
 #include "estimator/online/config.h"
 #include "estimator/start/tags_at_stamp.h"
 #include "estimator/window/sliding_window.h"
-#include "tests/support/calibration_flight.h"
+#include "tests/support/flights/calibration_flight.h"
 
 namespace tagtwist::rolling_shutter_test {
 namespace {

@@ -8,8 +8,8 @@
 #include "frontend/front_end.h"
 #include "frontend/simulation/simulator.h"
 #include "frontend/tags/tag_follower.h"
-#include "tests/support/exact_model.h"
-#include "tests/support/tag_scene.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::shake_test {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "estimator/batch/batch.h"
 #include "frontend/types/so3.h"
-#include "tests/support/exact_model.h"
-#include "tests/support/tag_scene.h"
-#include "tests/support/window_run.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/tag_scene.h"
+#include "tests/support/flights/window_run.h"
 
 namespace tagtwist::single_tag_test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "tests/support/tag_scene.h"
+#include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::closed_form_test {
 namespace {

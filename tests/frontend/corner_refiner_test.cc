@@ -10,7 +10,7 @@
 #include "frontend/front_end.h"
 #include "frontend/pattern/pattern_state.h"
 #include "frontend/tags/find_tags.h"
-#include "tests/support/corner_flight.h"
+#include "tests/support/flights/corner_flight.h"
 
 namespace tagtwist::corner_refiner_test {
 namespace {

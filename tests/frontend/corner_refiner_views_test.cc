@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "frontend/pattern/corner_refiner.h"
-#include "tests/support/corner_flight.h"
+#include "tests/support/flights/corner_flight.h"
 
 namespace tagtwist::corner_refiner_views_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "frontend/tags/find_tags.h"
-#include "tests/support/corner_flight.h"
+#include "tests/support/flights/corner_flight.h"
 
 namespace tagtwist::cut_tags_test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/tag_scene.h"
+#include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::frame_pose_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "frontend/tags/find_tags.h"
-#include "tests/support/tag_scene.h"
+#include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::front_end_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "tests/support/flight_scene.h"
+#include "tests/support/flights/flight_scene.h"
 
 namespace tagtwist::guided_detector_test {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "frontend/types/tag_planes.h"
-#include "tests/support/tag_scene.h"
+#include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::homography_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "tests/support/flight_scene.h"
+#include "tests/support/flights/flight_scene.h"
 
 namespace tagtwist::tag_completion_test {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "estimator/online/guidance.h"
 #include "frontend/front_end.h"
-#include "tests/support/exact_model.h"
-#include "tests/support/flight_scene.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/flight_scene.h"
 
 namespace tagtwist::tag_follower_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/ros2_writers.h"
+#include "tests/support/formats/ros2_writers.h"
 
 namespace tagtwist {
 

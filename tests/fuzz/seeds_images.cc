@@ -4,7 +4,7 @@
 #include "tests/fuzz/fuzz_file.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/support/dataset_fixture.h"
-#include "tests/support/ros2_writers.h"
+#include "tests/support/formats/ros2_writers.h"
 
 namespace tagtwist {
 

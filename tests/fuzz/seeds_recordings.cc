@@ -2,8 +2,8 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/ros1_writer.h"
 #include "tests/support/dataset_fixture.h"
-#include "tests/support/mat_fixture.h"
-#include "tests/support/ros2_writers.h"
+#include "tests/support/formats/mat_fixture.h"
+#include "tests/support/formats/ros2_writers.h"
 
 namespace tagtwist {
 namespace {

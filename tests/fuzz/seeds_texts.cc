@@ -6,10 +6,10 @@
 #include "frontend/io/tables/imu_csv.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "tests/support/camera_formats.h"
+#include "tests/support/formats/camera_formats.h"
 #include "tests/support/dataset_fixture.h"
-#include "tests/support/map_formats.h"
-#include "tests/support/synthetic_estimate.h"
+#include "tests/support/formats/map_formats.h"
+#include "tests/support/flights/synthetic_estimate.h"
 
 namespace tagtwist {
 

@@ -7,7 +7,7 @@
 
 #include "estimator/report/result_writer.h"
 #include "tests/support/program_test_util.h"
-#include "tests/support/synthetic_estimate.h"
+#include "tests/support/flights/synthetic_estimate.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::compare_program_test {

@@ -12,8 +12,8 @@
 #include <sstream>
 
 #include "frontend/io/tables/csv.h"
-#include "tests/support/camera_formats.h"
-#include "tests/support/map_formats.h"
+#include "tests/support/formats/camera_formats.h"
+#include "tests/support/formats/map_formats.h"
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 

@@ -7,7 +7,7 @@
 
 #include "frontend/io/setup/tag_map_file.h"
 #include "frontend/tags/tag_detector.h"
-#include "tests/support/map_formats.h"
+#include "tests/support/formats/map_formats.h"
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/random_stream.h"
 #include "frontend/io/tables/csv.h"
 #include "frontend/simulation/renderer.h"
 #include "tests/support/program_test_util.h"

@@ -12,7 +12,7 @@
 #include "frontend/flow/klt_tracker.h"
 #include "frontend/front_end.h"
 #include "frontend/geometry/frame_pose.h"
-#include "tests/support/tag_scene.h"
+#include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::real_data_vision_test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "estimator/evaluation/error_bound.h"
 #include "estimator/graph/noise_model.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/base/units.h"
 
 namespace tagtwist {

@@ -5,7 +5,7 @@
 
 #include "estimator/report/findings/findings.h"
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist {
 namespace {

@@ -6,7 +6,7 @@
 #include "estimator/evaluation/evaluation.h"
 #include "estimator/evaluation/truth_match.h"
 #include "estimator/report/findings/findings.h"
-#include "frontend/base/chi_square.h"
+#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/ratio_statistic.h"
 #include "frontend/base/units.h"

@@ -12,7 +12,7 @@
 #include "estimator/report/html/reprojection_section.h"
 #include "estimator/report/html/words.h"
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist {
 namespace {

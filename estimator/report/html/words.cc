@@ -8,7 +8,7 @@
 #include "estimator/report/findings/verdict.h"
 #include "estimator/report/html/page.h"
 #include "frontend/base/format_text.h"
-#include "frontend/base/quantile.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "frontend/types/so3.h"
-#include "tests/support/calibration_flight.h"
+#include "tests/support/flights/calibration_flight.h"
 
 namespace tagtwist::normals_test {
 namespace {

@@ -1,5 +1,5 @@
 // Simulated corners of set-ups with one mistake, and of right ones.
-#include "estimator/calibration/set_up_fault.h"
+#include "estimator/calibration/set_up/set_up_fault.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estimator/batch/batch.h"
-#include "tests/support/exact_model.h"
+#include "tests/support/flights/exact_model.h"
 
 namespace tagtwist::on_threads_test {
 namespace {

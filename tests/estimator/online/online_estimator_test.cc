@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/online/guidance.h"
-#include "tests/support/flight_scene.h"
+#include "tests/support/flights/flight_scene.h"
 
 namespace tagtwist::online_estimator_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/jobs/overlay.h"
+#include "estimator/jobs/overlay/overlay.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include "estimator/batch/batch.h"
 #include "estimator/report/findings/verdict.h"
-#include "tests/support/calibration_flight.h"
+#include "tests/support/flights/calibration_flight.h"
 
 namespace tagtwist::findings_test {
 namespace {

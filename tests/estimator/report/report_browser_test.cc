@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "estimator/report/html/report.h"
-#include "tests/support/synthetic_estimate.h"
+#include "tests/support/flights/synthetic_estimate.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 

@@ -14,7 +14,7 @@
 #include "estimator/report/html/pictures.h"
 #include "estimator/report/html/plots.h"
 #include "frontend/io/trajectories/vicon.h"
-#include "tests/support/synthetic_estimate.h"
+#include "tests/support/flights/synthetic_estimate.h"
 
 namespace tagtwist::report_test {
 namespace {

@@ -11,7 +11,7 @@
 #include "estimator/report/files/summary_json.h"
 #include "frontend/io/tables/csv.h"
 #include "frontend/io/trajectories/trajectory_file.h"
-#include "tests/support/synthetic_estimate.h"
+#include "tests/support/flights/synthetic_estimate.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::result_writer_test {

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "estimator/report/findings/comparison_table.h"
-#include "tests/support/synthetic_estimate.h"
+#include "tests/support/flights/synthetic_estimate.h"
 
 namespace tagtwist::summary_json_test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/exact_model.h"
+#include "tests/support/flights/exact_model.h"
 
 namespace tagtwist::contradictions_test {
 namespace {

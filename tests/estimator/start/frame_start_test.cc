@@ -4,7 +4,7 @@
 
 #include "estimator/start/leaps.h"
 #include "frontend/types/so3.h"
-#include "tests/support/exact_model.h"
+#include "tests/support/flights/exact_model.h"
 
 namespace tagtwist::frame_start_test {
 namespace {

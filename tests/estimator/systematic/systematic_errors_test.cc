@@ -14,8 +14,8 @@
 #include "estimator/systematic/image_field.h"
 #include "estimator/window/sliding_window.h"
 #include "frontend/types/rig.h"
-#include "tests/support/exact_model.h"
-#include "tests/support/simulated_flight.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/simulated_flight.h"
 
 namespace tagtwist::systematic_errors_test {
 namespace {

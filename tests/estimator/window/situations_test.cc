@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/window_run.h"
+#include "tests/support/flights/window_run.h"
 
 namespace tagtwist::situations_test {
 namespace {

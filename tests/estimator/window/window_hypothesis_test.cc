@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "frontend/types/so3.h"
-#include "tests/support/exact_model.h"
+#include "tests/support/flights/exact_model.h"
 
 namespace tagtwist::window_hypothesis_test {
 namespace {

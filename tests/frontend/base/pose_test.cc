@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "frontend/base/robust.h"
+#include "frontend/base/statistics/robust.h"
 #include "frontend/types/nees.h"
 #include "frontend/types/so3.h"
 

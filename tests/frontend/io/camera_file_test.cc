@@ -6,8 +6,8 @@
 #include <string>
 
 #include "estimator/online/config.h"
-#include "tests/support/camera_formats.h"
-#include "tests/support/spoiled_text.h"
+#include "tests/support/formats/camera_formats.h"
+#include "tests/support/formats/spoiled_text.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::camera_file_test {

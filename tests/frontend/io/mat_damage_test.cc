@@ -1,5 +1,5 @@
 // Truncated, damaged and foreign .mat files are refused in one line.
-#include "tests/support/mat_fixture.h"
+#include "tests/support/formats/mat_fixture.h"
 
 namespace tagtwist::mat_damage_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "frontend/io/mat/mat_file.h"
-#include "tests/support/mat_fixture.h"
+#include "tests/support/formats/mat_fixture.h"
 
 namespace tagtwist::mat_source_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "frontend/io/recordings/data_source.h"
-#include "tests/support/ros2_writers.h"
+#include "tests/support/formats/ros2_writers.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 

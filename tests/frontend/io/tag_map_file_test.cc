@@ -13,8 +13,8 @@
 #include "frontend/simulation/renderer.h"
 #include "frontend/simulation/simulator.h"
 #include "frontend/tags/find_tags.h"
-#include "tests/support/map_formats.h"
-#include "tests/support/spoiled_text.h"
+#include "tests/support/formats/map_formats.h"
+#include "tests/support/formats/spoiled_text.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::tag_map_file_test {

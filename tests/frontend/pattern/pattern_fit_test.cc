@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/random_stream.h"
 #include "frontend/types/tag_family.h"
 
 namespace tagtwist::pattern_fit_test {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "frontend/base/random_stream.h"
+#include "frontend/base/statistics/random_stream.h"
 #include "frontend/types/so3.h"
 #include "tests/support/edge_fit.h"
 

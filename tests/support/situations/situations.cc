@@ -6,8 +6,8 @@
 #include <functional>
 #include <random>
 
-#include "tests/support/exact_model.h"
-#include "tests/support/tag_scene.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist {
 namespace {

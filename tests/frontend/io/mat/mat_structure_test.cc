@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "frontend/io/mat/mat_elements.h"
-#include "tests/support/mat_builder.h"
+#include "tests/support/formats/mat_builder.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 

@@ -1,0 +1,127 @@
+#include "estimator/batch/steady_clock.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "estimator/batch/batch.h"
+#include "tests/support/flights/exact_model.h"
+
+namespace tagtwist::steady_clock_test {
+namespace {
+
+// Ticks at 50 Hz, stamped late and early by up to `jitter_s` (uniform); those in `lost` are
+// missing.
+struct Stamped {
+  std::vector<int64_t> ticks, stamps;
+};
+Stamped Stamp(int size, double jitter_s, const std::vector<int>& lost, unsigned seed) {
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Stamped out;
+  for (int i = 0; i < size; ++i) {
+    const double jitter = jitter_s * uniform(rng);
+    if (std::find(lost.begin(), lost.end(), i) != lost.end()) continue;
+    out.ticks.push_back(1'000'000'000LL + i * 20'000'000LL);
+    out.stamps.push_back(out.ticks.back() + static_cast<int64_t>(1e9 * jitter));
+  }
+  return out;
+}
+
+TEST(SteadyClock, FindsTheTicksUnderJitterAndLostFrames) {
+  for (const std::vector<int>& lost : {std::vector<int>{}, {7, 50, 51, 52, 200}}) {
+    const Stamped s = Stamp(400, 0.006, lost, 3);
+    const auto clock = FitSteadyClock(s.stamps);
+    ASSERT_TRUE(clock);
+    EXPECT_NEAR(clock->period_s, 0.02, 5e-6);
+    EXPECT_NEAR(clock->rms_s, 0.006 / std::sqrt(3.0), 3e-4);
+    double chi2 = 0;
+    for (size_t i = 0; i < s.ticks.size(); ++i) {
+      const double e = 1e-9 * static_cast<double>(clock->t_ns[i] - s.ticks[i]);
+      EXPECT_LT(std::abs(e), 8e-4) << i;
+      chi2 += e * e / (clock->sigma_s[i] * clock->sigma_s[i]) / static_cast<double>(s.ticks.size());
+    }
+    EXPECT_LT(chi2, 6.0);
+  }
+}
+
+TEST(SteadyClock, LeavesStampsWithoutOneAlone) {
+  EXPECT_FALSE(FitSteadyClock({}));
+  EXPECT_FALSE(FitSteadyClock({1, 2, 3}));
+  std::mt19937_64 rng(1);
+  std::exponential_distribution<double> gap(50.0);
+  std::vector<int64_t> stamps = {0};
+  for (int i = 0; i < 300; ++i) {
+    stamps.push_back(stamps.back() + 1'000'000 + static_cast<int64_t>(1e9 * gap(rng)));
+  }
+  EXPECT_FALSE(FitSteadyClock(stamps));
+}
+
+double VelocityRmse(const std::vector<FrameEstimate>& frames, const std::vector<BodyState>& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    sum += Difference(frames[i].state, truth[i]).segment<3>(6).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(frames.size()));
+}
+
+ExactModelFlight FastFlight() {
+  ExactModelOptions model;
+  model.frames = 120;
+  model.random_seed = 2;
+  model.corner_sigma_px = 0.05;  // so that the clock is what limits
+  return DrawFlight(model);
+}
+
+// Images taken at steady ticks and stamped by a busy computer.
+TEST(BatchClock, AJitteredClockIsSeenAndSteadied) {
+  const ExactModelFlight flight = FastFlight();
+  std::vector<FrameMeasurements> jittered = flight.measurements;
+  const Stamped s = Stamp(120, 0.006, {}, 4);
+  std::vector<int64_t> stamps;
+  for (size_t i = 0; i < jittered.size(); ++i) {
+    jittered[i].t_ns += s.stamps[i] - s.ticks[i];
+    stamps.push_back(jittered[i].t_ns);
+  }
+  EstimatorOptions as_stamped;
+  as_stamped.clock = ClockChoice::kStamps;
+  const auto plain = RunBatch(CourseSetUp(), as_stamped, jittered);
+  const auto steadied = RunBatch(CourseSetUp(), {}, jittered);
+  ASSERT_TRUE(plain);
+  ASSERT_TRUE(steadied);
+  ASSERT_EQ(steadied->warnings.size(), 1u);
+  EXPECT_NE(steadied->warnings[0].find("clock is steady at"), std::string::npos)
+      << steadied->warnings[0];
+  // The truth of a row is that of its stamp; the ticks' truth is near enough for the comparison in
+  // the trajectory.
+  std::vector<FrameEstimate> at_ticks;
+  for (const FrameMeasurements& m : flight.measurements) {
+    FrameEstimate e;
+    e.state = steadied->trajectory.At(m.t_ns)->state;
+    at_ticks.push_back(e);
+    ASSERT_EQ(steadied->frames[at_ticks.size() - 1].t_ns, stamps[at_ticks.size() - 1]);
+  }
+  std::vector<FrameEstimate> plain_at_ticks;
+  for (const FrameMeasurements& m : flight.measurements) {
+    FrameEstimate e;
+    e.state = plain->trajectory.At(m.t_ns)->state;
+    plain_at_ticks.push_back(e);
+  }
+  EXPECT_LT(VelocityRmse(at_ticks, flight.truth), 0.5 * VelocityRmse(plain_at_ticks, flight.truth));
+}
+
+TEST(BatchClock, TrueUnevenStampsAreKept) {
+  ExactModelFlight flight = FastFlight();
+  std::vector<FrameMeasurements> uneven;
+  for (size_t i = 0; i < flight.measurements.size(); ++i) {
+    if (i % 3 != 1) uneven.push_back(flight.measurements[i]);  // intervals of 20 and 40 ms
+  }
+  const auto result = RunBatch(CourseSetUp(), {}, uneven);
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->warnings.empty());
+}
+
+}  // namespace
+}  // namespace tagtwist::steady_clock_test
