@@ -24,7 +24,7 @@ DEFINE_string(time_offset, "none",
 DEFINE_string(json, "", "Writes all figures to this file.");
 DEFINE_string(html, "", "Writes a page with the table and plots to this file.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Usage CompareUsage() {
@@ -122,10 +122,11 @@ int Main(int argc, char** argv, const Usage& usage) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::CompareUsage();
-  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
+  const tagtwist::internal::Usage usage = tagtwist::internal::CompareUsage();
+  return tagtwist::internal::GuardedMain(
+      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
 }

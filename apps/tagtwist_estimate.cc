@@ -36,7 +36,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/io/tables/detections_csv.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 double PeakRssMib() {
@@ -279,10 +279,11 @@ int Main(int argc, char** argv, const Usage& usage) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::EstimateUsage();
-  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
+  const tagtwist::internal::Usage usage = tagtwist::internal::EstimateUsage();
+  return tagtwist::internal::GuardedMain(
+      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
 }

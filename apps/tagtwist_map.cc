@@ -33,7 +33,7 @@ DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
 DEFINE_string(render, "", "SVG to write, in true size: print it at 100 %, or look at it.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Usage MapUsage() {
@@ -137,10 +137,11 @@ int Main(int argc, char** argv, const Usage& usage) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::MapUsage();
-  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
+  const tagtwist::internal::Usage usage = tagtwist::internal::MapUsage();
+  return tagtwist::internal::GuardedMain(
+      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
 }

@@ -10,7 +10,7 @@
 #include "estimator/online/config.h"
 #include "frontend/base/files/run_files.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Status CheckInputsAreKept(const SimulateJob& job) {
@@ -63,10 +63,11 @@ int Main(int argc, char** argv, const Usage& usage) {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
-  const tagtwist::Usage usage = tagtwist::SimulateUsage();
-  return tagtwist::GuardedMain(usage, [&] { return tagtwist::Main(argc, argv, usage); });
+  const tagtwist::internal::Usage usage = tagtwist::internal::SimulateUsage();
+  return tagtwist::internal::GuardedMain(
+      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
 }

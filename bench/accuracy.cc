@@ -20,7 +20,7 @@ DEFINE_double(duration, 10, "Seconds of a simulated flight.");
 DEFINE_double(corner_noise_px, 0.1, "Noise of the simulated corners, standard deviation [px].");
 DEFINE_int32(threads, 0, "Runs at once; 0: as many as the machine has. The figures do not change.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A row of the table: how to make and judge its run of a seed.
@@ -137,11 +137,12 @@ std::optional<std::string> FlagProblem() {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);  // the runs are spread over threads here
-  return tagtwist::RunBench(argc, argv, tagtwist::AccuracyUsage(), tagtwist::FlagProblem, [] {
-    return tagtwist::Measure(tagtwist::ResolveThreads(FLAGS_threads));
-  });
+  return tagtwist::internal::RunBench(
+      argc, argv, tagtwist::internal::AccuracyUsage(), tagtwist::internal::FlagProblem, [] {
+        return tagtwist::internal::Measure(tagtwist::internal::ResolveThreads(FLAGS_threads));
+      });
 }

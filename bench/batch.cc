@@ -25,7 +25,7 @@ DEFINE_int32(repeat, 5, "Times every method runs, in turn; the table has the med
 DEFINE_int32(threads, 2, "Of the last row.");
 DEFINE_int32(seed, 1, "Of everything random.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A method's times, and how far its states are off.
@@ -193,9 +193,9 @@ std::optional<std::string> FlagProblem() {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  return tagtwist::RunBench(argc, argv, tagtwist::BatchUsage(), tagtwist::FlagProblem,
-                            tagtwist::Measure);
+  return tagtwist::internal::RunBench(argc, argv, tagtwist::internal::BatchUsage(),
+                                      tagtwist::internal::FlagProblem, tagtwist::internal::Measure);
 }

@@ -8,8 +8,8 @@
 #include "estimator/batch/batch.h"
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/progress.h"
-#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/option_check.h"
+#include "frontend/base/statistics/chi_square.h"
 #include "tests/support/flights/calibration_flight.h"
 
 DEFINE_int32(seeds, 40, "Flights, every one with noise and tags of its own.");
@@ -19,7 +19,7 @@ DEFINE_double(line_time_us, 0,
               "Of the rolling shutter that all flights have; believed to be 0 +- 50. 0: none.");
 DEFINE_int32(threads, 0, "Runs at once; 0: as many as the machine has. The figures do not change.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kThreeSigma = 3, kLineTimeSigmaS = 5e-5;
@@ -190,10 +190,11 @@ std::optional<std::string> FlagProblem() {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  return tagtwist::RunBench(argc, argv, tagtwist::CalibrationUsage(), tagtwist::FlagProblem, [] {
-    return tagtwist::Measure(tagtwist::ResolveThreads(FLAGS_threads));
-  });
+  return tagtwist::internal::RunBench(
+      argc, argv, tagtwist::internal::CalibrationUsage(), tagtwist::internal::FlagProblem, [] {
+        return tagtwist::internal::Measure(tagtwist::internal::ResolveThreads(FLAGS_threads));
+      });
 }

@@ -1,7 +1,7 @@
 #pragma once
 #include <ctime>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// CPU time of this thread, or of the whole process, since it was made: what other programs do does
 /// not count.
@@ -20,4 +20,4 @@ class CpuClock {
   double start_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -26,7 +26,7 @@ DEFINE_int32(threads, 0,
              "Frames rendered at once; 0: as many as the machine has. What is measured "
              "runs on one.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The course's camera and mat, with more pixels or fewer.
@@ -152,10 +152,10 @@ std::optional<std::string> FlagProblem() {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
-  return tagtwist::RunBench(argc, argv, tagtwist::EndToEndUsage(), tagtwist::FlagProblem,
-                            tagtwist::Measure);
+  return tagtwist::internal::RunBench(argc, argv, tagtwist::internal::EndToEndUsage(),
+                                      tagtwist::internal::FlagProblem, tagtwist::internal::Measure);
 }

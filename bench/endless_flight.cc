@@ -5,7 +5,7 @@
 
 #include "frontend/simulation/named_flights.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Result<EndlessFlight> EndlessFlight::Make(const Config& config, const std::string& name,
                                           double rate_hz, double corner_noise_px, uint64_t seed) {
@@ -39,4 +39,4 @@ SimulatedFrame EndlessFlight::At(int64_t index) const {
   return frame;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

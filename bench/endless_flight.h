@@ -7,7 +7,7 @@
 #include "frontend/simulation/simulator.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A named flight flown forth and back for ever, corners alone: frames are made as they are asked
 /// for, none is kept. Named flights begin and end at rest, so that the turns are smooth.
@@ -26,4 +26,4 @@ class EndlessFlight {
   double rate_hz_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

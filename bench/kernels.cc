@@ -23,7 +23,7 @@
 #include "residuals/motion_residual.h"
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kFrames = 400;  // of a flight's corners
@@ -217,7 +217,7 @@ void SolveFromStarts(benchmark::State& state) {
 BENCHMARK(SolveFromStarts)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);

@@ -24,7 +24,7 @@ DEFINE_double(rate, 49, "Frames a second.");
 DEFINE_double(corner_noise_px, 0.3, "Noise of the corners, standard deviation [px].");
 DEFINE_int32(seed, 1, "Of everything random.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kSettledFrames = 1000;  // the memory is compared with that after so many
@@ -119,9 +119,9 @@ std::optional<std::string> FlagProblem() {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  return tagtwist::RunBench(argc, argv, tagtwist::LongWindowUsage(), tagtwist::FlagProblem,
-                            tagtwist::Measure);
+  return tagtwist::internal::RunBench(argc, argv, tagtwist::internal::LongWindowUsage(),
+                                      tagtwist::internal::FlagProblem, tagtwist::internal::Measure);
 }

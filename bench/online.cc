@@ -4,7 +4,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 void Judge(const BodyState& estimate, const BodyState& truth, bool has_velocity, MethodRun* run) {
@@ -97,4 +97,4 @@ Status OnlineMethod::Add(const SimulatedFrame& frame) {
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

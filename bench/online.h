@@ -11,7 +11,7 @@
 #include "frontend/simulation/simulator.h"
 #include "frontend/tags/tag_detector.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a method took and how well it did, over all frames.
 struct MethodRun {
@@ -63,4 +63,4 @@ class OnlineMethod {
   MethodRun run_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "estimator/graph/noise_model.h"
 #include "residuals/pose_manifold.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 template <typename T>
@@ -121,4 +121,4 @@ bool SolvePlainly(const EstimatorSetup& setup, const NoiseModel& noise,
   return summary.IsSolutionUsable();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

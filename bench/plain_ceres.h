@@ -4,7 +4,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The batch problem as one would write it down first: poses and twists, a residual block for every
 /// corner and every pair of neighbours (white noise on acceleration), all by automatic
@@ -13,4 +13,4 @@ namespace tagtwist {
 bool SolvePlainly(const EstimatorSetup& setup, const NoiseModel& noise,
                   std::vector<GraphFrame>* frames);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

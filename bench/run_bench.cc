@@ -2,7 +2,7 @@
 
 #include <glog/logging.h>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 int RunBench(int argc, char** argv, const Usage& usage,
              const std::function<std::optional<std::string>()>& flag_problem,
@@ -14,4 +14,4 @@ int RunBench(int argc, char** argv, const Usage& usage,
   return done ? 0 : Fail(usage, done.error().message);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

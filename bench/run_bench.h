@@ -6,7 +6,7 @@
 #include "apps/support/usage.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a benchmark's main does: parses the flags, asks `flag_problem` ("--seeds: expected ..."),
 /// measures. Returns the process's status: 0; 1 for a fault, told in one line; 2 for wrong usage.
@@ -14,4 +14,4 @@ int RunBench(int argc, char** argv, const Usage& usage,
              const std::function<std::optional<std::string>()>& flag_problem,
              const std::function<Status()>& measure);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

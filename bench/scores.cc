@@ -6,10 +6,10 @@
 
 #include "estimator/batch/batch.h"
 #include "estimator/window/sliding_window.h"
-#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/format_text.h"
+#include "frontend/base/statistics/chi_square.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 StateVector ErrorOf(const FrameEstimate& estimate, const TruthSample& truth) {
@@ -126,4 +126,4 @@ std::string Verdict(const Score& score) {
       worst);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "frontend/base/result.h"
 #include "tests/support/flights/bench_flights.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Sums over runs of how well one method did. RMSE and bound: 3-D, over all frames of all runs.
 struct Score {
@@ -41,4 +41,4 @@ std::vector<std::string> ScoreCells(const std::string& flight, const std::string
 /// "NEES 12.1 over 200 runs, inside the 99 % band 11.1 to 12.9; RMSE / bound at most 1.01".
 std::string Verdict(const Score& score);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -21,7 +21,7 @@ DEFINE_int32(pictures, 20, "Of each row.");
 DEFINE_uint64(seed, 1, "Of everything random.");
 DEFINE_string(family, "tag36h11b2", "Of the tags.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -192,9 +192,9 @@ std::optional<std::string> FlagProblem() {
 }
 
 }  // namespace
-}  // namespace tagtwist
+}  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  return tagtwist::RunBench(argc, argv, tagtwist::StillsUsage(), tagtwist::FlagProblem,
-                            tagtwist::Measure);
+  return tagtwist::internal::RunBench(argc, argv, tagtwist::internal::StillsUsage(),
+                                      tagtwist::internal::FlagProblem, tagtwist::internal::Measure);
 }

@@ -6,7 +6,7 @@
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/tag_outline.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A point seen in the last frame and in this one.
@@ -136,4 +136,4 @@ void ClosedFormEstimator::UpdateTwists(int64_t t_ns, const std::vector<FlowPoint
   closed_form->twist_low_pass = low_pass_;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

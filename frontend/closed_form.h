@@ -12,7 +12,7 @@
 #include "frontend/types/tag_map.h"
 #include "frontend/types/tag_planes.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The seed's method, frame after frame: pose by homography, twist by flow and RANSAC, low-pass.
 /// The flow is that of all tracks, on tags too; where fewer than three tracks were followed (no
@@ -49,4 +49,4 @@ class ClosedFormEstimator {
   int64_t low_pass_t_ns_ = 0;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

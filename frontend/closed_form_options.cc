@@ -6,6 +6,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 std::optional<std::string> ClosedFormOptions::Problem() const {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   constexpr double kBelowOne = 1 - 1e-15;

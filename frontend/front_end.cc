@@ -7,6 +7,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 struct FrontEnd::Impl {
   KltTracker tracker;
   ClosedFormEstimator closed_form;

@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Eigen::Matrix<double, 8, 8> CornerWhitener(const Eigen::Matrix<double, 8, 8>& covariance) {
   using Matrix8 = Eigen::Matrix<double, 8, 8>;
@@ -13,4 +13,4 @@ Eigen::Matrix<double, 8, 8> CornerWhitener(const Eigen::Matrix<double, 8, 8>& co
   return reversed.matrixL().solve(Matrix8::Identity()).reverse();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

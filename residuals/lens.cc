@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 struct Coefficient {
@@ -100,4 +100,4 @@ LensJacobian PixelByLens(const Camera& camera, const Eigen::Vector3d& point_in_c
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

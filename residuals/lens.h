@@ -5,7 +5,7 @@
 
 #include "frontend/types/camera.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Error state of a lens, LensSize() entries: [log focal length (both), log fy/fx, cx [px], cy
 /// [px], distortion coefficients in the order of the configuration].
@@ -29,4 +29,4 @@ using LensJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2
 LensJacobian PixelByLens(const Camera& camera, const Eigen::Vector3d& point_in_cam,
                          const Eigen::Vector2d& pixel);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/types/so3.h"
 #include "residuals/pose_manifold.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
@@ -148,4 +148,4 @@ void MotionResidual::DifferentiateByRates(const Eigen::Matrix3d& jr_inverse,
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

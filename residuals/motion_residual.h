@@ -6,7 +6,7 @@
 
 #include "residuals/motion_prior.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Motion prior between two states dt apart, whitened, 18x1, on R^3 x SO(3): constant v_world and
 /// rate under white noise on acceleration, constant acceleration under white noise on jerk, apart
@@ -55,4 +55,4 @@ class MotionResidual final : public ceres::SizedCostFunction<18, 7, 12, 7, 12> {
   Eigen::Matrix3d w_linear_, w_angular_;  // root informations
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

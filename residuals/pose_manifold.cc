@@ -4,7 +4,7 @@
 
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 using ConstQ = Eigen::Map<const Eigen::Quaterniond>;
 using Params = Eigen::Matrix<double, 7, 1>;
@@ -46,4 +46,4 @@ bool PoseManifold::MinusJacobian(const double* x, double* j) const {
   d_minus_d_y.bottomRightCorner<3, 3>().setIdentity();
   return true;
 }
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

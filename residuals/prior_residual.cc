@@ -6,7 +6,7 @@
 #include "frontend/types/so3.h"
 #include "residuals/pose_manifold.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Eigen::Index TangentSize(const PriorBlock& block) {
@@ -66,4 +66,4 @@ bool PriorResidual::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

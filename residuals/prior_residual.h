@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// One parameter block of a prior and the value it was linearised at.
 struct PriorBlock {
@@ -29,4 +29,4 @@ class PriorResidual final : public ceres::CostFunction {
   Eigen::VectorXd offset_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The upper triangle of the whitener times the columns, in place.
@@ -68,4 +68,4 @@ bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
   return true;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

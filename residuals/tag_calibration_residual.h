@@ -7,7 +7,7 @@
 #include "frontend/types/tag_map.h"
 #include "residuals/lens.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A camera that takes row v of its image line_time_s * v after the frame's stamp, and how it moves
 /// meanwhile: velocity of its centre in W, rate in its own frame.
@@ -40,4 +40,4 @@ bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
                             const RollingShutter& shutter, TagCalibrationResidual* out,
                             bool shared = true);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include "residuals/corner_whitener.h"
 #include "residuals/pose_manifold.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observation,
                                                  const Camera& camera, const Pose& cam_from_body)
@@ -72,4 +72,4 @@ bool TagReprojectionResidual::Evaluate(double const* const* parameters, double* 
   return true;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Corners of one tag: where they are, where they were seen, how well.
 struct TagObservation {
@@ -48,4 +48,4 @@ class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
   Eigen::Matrix<double, 8, 8> whitener_;  // last: in pixels nobody reads it
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

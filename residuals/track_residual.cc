@@ -3,7 +3,7 @@
 #include "frontend/types/so3.h"
 #include "residuals/pose_manifold.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 TrackResidual::TrackResidual(const Eigen::Vector2d& pixel, double sigma_px,
                              const Pose& world_from_plane, const Camera& camera,
@@ -51,4 +51,4 @@ bool TrackResidual::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Whitened reprojection of a tracked point that lies on a known plane, 2x1:
 ///   r = (Project(cam_from_body * body_from_world * world_from_plane * (x, y, 0)) - pixel) / sigma.
@@ -29,4 +29,4 @@ class TrackResidual final : public ceres::SizedCostFunction<2, 7, 2> {
   Eigen::Vector3d body_in_cam_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

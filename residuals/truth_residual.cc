@@ -2,7 +2,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 TruthResidual EvaluateTruth(const Pose& truth, const Twist& rate, const Pose& truth_from_world,
                             const Pose& world_from_cam, const Pose& cam_from_body) {
@@ -24,4 +24,4 @@ TruthResidual EvaluateTruth(const Pose& truth, const Twist& rate, const Pose& tr
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

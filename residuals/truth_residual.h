@@ -3,7 +3,7 @@
 
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How a frame's camera lies to the ground truth, 6x1, not whitened:
 ///   r = [Log(R_truth' R); p - p_truth],   (R, p) = truth_from_world * world_from_cam *
@@ -20,4 +20,4 @@ struct TruthResidual {
 TruthResidual EvaluateTruth(const Pose& truth, const Twist& rate, const Pose& truth_from_world,
                             const Pose& world_from_cam, const Pose& cam_from_body);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

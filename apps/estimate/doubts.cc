@@ -9,7 +9,7 @@
 #include "estimator/jobs/find_family.h"
 #include "estimator/online/recording_options.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Of frames with a pose that their own tags give.
@@ -80,4 +80,4 @@ Error WithDoubts(const Error& error, const Inputs& inputs, const Doubts& doubts)
   return Error{out};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

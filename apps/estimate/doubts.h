@@ -7,7 +7,7 @@
 #include "estimator/jobs/tag_sample.h"
 #include "frontend/base/fault.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Mistakes in the set-up that a run, done or failed, gives away.
 using Doubts = std::vector<Fault>;
@@ -25,4 +25,4 @@ std::string TextOf(const Fault& fault);
 /// A run's error, with what may have caused it.
 Error WithDoubts(const Error& error, const Inputs& inputs, const Doubts& doubts);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

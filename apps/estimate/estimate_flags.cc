@@ -96,7 +96,7 @@ DEFINE_int32(threads, 0,
              "Images measured at once; 0: as many as the machine has cores. Results do not depend "
              "on it.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A density or sigma from its flag; 0 leaves the config's.
@@ -275,4 +275,4 @@ Status OverrideOptions(EstimatorOptions* options) {
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "estimator/jobs/run.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How a run that is done has gone; kNever is worse than any.
 enum class Outcome { kClean, kFindings, kWarnings, kNever };
@@ -38,4 +38,4 @@ Result<EstimateJob> EstimateJobFromFlags();
 /// names the flag whose value is out of range.
 Status OverrideOptions(EstimatorOptions* options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

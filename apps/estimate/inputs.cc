@@ -7,7 +7,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::string SpanText(int64_t first_ns, int64_t last_ns) {
@@ -134,4 +134,4 @@ Status CheckMapIsGiven(const EstimateJob& job, const Config& config) {
                ": a camera of your own needs a map: expected --map, or --config with a tag_map"};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

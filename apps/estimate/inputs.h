@@ -5,7 +5,7 @@
 #include "apps/estimate/estimate_flags.h"
 #include "frontend/base/files/input_digest.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a run takes, told before it begins.
 struct Inputs {
@@ -25,4 +25,4 @@ std::vector<InputFile> InputFilesOf(const EstimateJob& job);
 /// camera.
 Status CheckMapIsGiven(const EstimateJob& job, const Config& config);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

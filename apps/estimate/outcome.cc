@@ -5,7 +5,7 @@
 #include "estimator/report/findings/findings.h"
 #include "estimator/report/findings/verdict.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Outcome TellResults(const EstimateJob& job, const Estimate& estimate, const ResultContext& context,
                     std::ostream* told) {
@@ -28,4 +28,4 @@ Error FailureOf(const EstimateJob& job, const Error& error, const Inputs& taken,
   return written ? WithDoubts(error, taken, doubts) : written.error();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

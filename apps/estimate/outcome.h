@@ -5,7 +5,7 @@
 #include "apps/estimate/estimate_flags.h"
 #include "estimator/report/result_writer.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Tells findings, figures and where the report is; returns how the run has gone.
 Outcome TellResults(const EstimateJob& job, const Estimate& estimate, const ResultContext& context,
@@ -15,4 +15,4 @@ Outcome TellResults(const EstimateJob& job, const Estimate& estimate, const Resu
 Error FailureOf(const EstimateJob& job, const Error& error, const Inputs& taken,
                 const Doubts& doubts, const RunFacts& facts);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

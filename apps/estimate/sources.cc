@@ -6,7 +6,7 @@
 #include "estimator/live/live_feed.h"
 #include "estimator/online/recording_options.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
   DataSourceOptions options{job.run.use_detections, job.read_images, {}, {}};
@@ -55,4 +55,4 @@ Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estima
   return written;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How the job's recording is opened.
 DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config);
@@ -22,4 +22,4 @@ std::ostream& Messages(const EstimateJob& job);
 Status CheckOverlayOf(const EstimateJob& job, const Config& config);
 Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estimate& estimate);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -11,7 +11,7 @@
 
 #include "estimator/report/files/states_csv.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // As ::write, but a pipe whose reader is gone is an error (EPIPE) and no signal, in this thread and
@@ -77,4 +77,4 @@ void StateStream::WriteText(const std::string& text) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

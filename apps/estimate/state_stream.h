@@ -6,7 +6,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Rows of states.csv as they come, the header first: to a file, a FIFO, or standard output. Each
 /// row is one write, so that a reader has it at once. When the reader goes away the stream ends,
@@ -38,4 +38,4 @@ class StateStream {
   bool failed_ = false;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/report/html/comparison_report.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 std::string PathOf(const py::object& object) {
@@ -124,4 +124,4 @@ rotation_rmse_rad (ATE), rpe_time, rpe_frames, rpe_distance, velocity_rmse_mps,
 rate_rmse_radps, nees, alignment, and others, as tagtwist_compare --json writes them.)");
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

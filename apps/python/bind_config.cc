@@ -10,7 +10,7 @@
 #include "frontend/io/setup/camera_file.h"
 #include "frontend/io/setup/tag_map_file.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 namespace fs = std::filesystem;
@@ -237,4 +237,4 @@ movable_tags ids of tags that may be anywhere: passed over)");
       "TagMap from a file: Kalibr aprilgrid, WPILib, TagSLAM, or a configuration.");
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

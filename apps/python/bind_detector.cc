@@ -10,7 +10,7 @@
 #include "frontend/front_end.h"
 #include "frontend/tags/tag_finder.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 using Corners = Eigen::Matrix<double, 4, 2, Eigen::RowMajor>;
@@ -102,4 +102,4 @@ Usable: in the map, once in the image, clear of its border. Corners are refined 
 whole pattern, unless the option detector.refine_pattern says not.)");
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

@@ -13,7 +13,7 @@
 #include "estimator/jobs/run.h"
 #include "estimator/online/recording_options.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 // tagtwist.Estimate.
@@ -158,4 +158,4 @@ void BindEstimate(py::module_& module) {
              py::arg("threads") = 0);
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

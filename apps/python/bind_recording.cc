@@ -10,7 +10,7 @@
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 // tagtwist.Recording: an iterator over a DataSource.
@@ -83,4 +83,4 @@ of Detection.)")
       "Trajectory from a file: CSV with columns t,x,y,z,qx,qy,qz,qw, TUM, EuRoC or course .mat.");
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

@@ -2,7 +2,7 @@
 
 #include "apps/python/trajectory_arrays.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 constexpr const char* kTrajectoryDoc = R"(Poses of the body, and where known its twists.
@@ -103,4 +103,4 @@ void BindTrajectories(py::module_& module) {
   BindState(module);
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

@@ -6,7 +6,7 @@
 #include "apps/python/trajectory_arrays.h"
 #include "estimator/online/online_estimator.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 // tagtwist.SlidingWindow: an OnlineEstimator that keeps the lagged states until they are fetched.
@@ -102,4 +102,4 @@ are open.)")
                              "what the frames say of tags and map, list of str");
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

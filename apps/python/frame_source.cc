@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 
 PythonSource::PythonSource(std::unique_ptr<DataSource> recording)
     : recording_(std::move(recording)) {}
@@ -84,4 +84,4 @@ const std::vector<ImuSample>& PythonSource::imu() const {
   return recording_ ? recording_->imu() : kNone;
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

@@ -7,7 +7,7 @@
 #include "apps/python/python_types.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 
 /// A source of frames that is read while Python's lock is released. Next() takes the lock for a
 /// moment: for Ctrl-C, and, of an iterable, for the next item. What Python raises there ends the
@@ -42,4 +42,4 @@ class PythonSource : public DataSource {
   std::exception_ptr failure_;
 };
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

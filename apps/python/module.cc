@@ -32,7 +32,7 @@ Bad input raises tagtwist.Error, a ValueError, with one line.)";
 }  // namespace
 
 PYBIND11_MODULE(tagtwist, module) {
-  namespace python = tagtwist::python;
+  namespace python = tagtwist::internal::python;
   // Faults are told in one line, by exceptions.
   FLAGS_minloglevel = google::GLOG_FATAL;
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 std::string ShapeText(const std::vector<py::ssize_t>& shape) {
@@ -110,4 +110,4 @@ std::vector<TagDetection> ToDetections(const py::handle& object) {
   return out;
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

@@ -13,7 +13,7 @@
 #include "frontend/types/measurements.h"
 
 /// The Python module `tagtwist`: values of the libraries as NumPy arrays, and back.
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 
 namespace py = pybind11;
 using Array = py::array_t<double, py::array::c_style>;
@@ -71,4 +71,4 @@ void BindRecording(py::module_& module);
 void BindWindow(py::module_& module);
 void BindCompare(py::module_& module);
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 namespace {
 
 using RowMajorCovariance = Eigen::Matrix<double, 12, 12, Eigen::RowMajor>;
@@ -148,4 +148,4 @@ std::vector<TruthSample> ToTruth(const TrajectoryArrays& trajectory) {
   return out;
 }
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

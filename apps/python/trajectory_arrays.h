@@ -8,7 +8,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist::python {
+namespace tagtwist::internal::python {
 
 /// tagtwist.Trajectory: poses of the body in W, N of them, and where they are known twists and
 /// covariances; NaN in the rows that lack something. Shapes and frames: docs/python.md.
@@ -45,4 +45,4 @@ TrajectoryArrays ToTrajectory(const std::vector<TruthSample>& truth);
 PoseSeries ToSeries(const TrajectoryArrays& trajectory);
 std::vector<TruthSample> ToTruth(const TrajectoryArrays& trajectory);
 
-}  // namespace tagtwist::python
+}  // namespace tagtwist::internal::python

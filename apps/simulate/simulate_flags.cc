@@ -9,8 +9,8 @@
 #include "apps/support/config_flags.h"
 
 namespace {
-const tagtwist::SimulateJob& Defaults() {
-  static const tagtwist::SimulateJob defaults;
+const tagtwist::internal::SimulateJob& Defaults() {
+  static const tagtwist::internal::SimulateJob defaults;
   return defaults;
 }
 const tagtwist::SimulatorOptions& Sim() { return Defaults().simulator; }
@@ -67,7 +67,7 @@ DEFINE_int32(threads, Defaults().threads,
              "Frames rendered at once; 0: as many as the machine has. The output does not depend "
              "on it.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
@@ -184,4 +184,4 @@ Result<SimulateJob> SimulateJobFromFlags() {
   return job;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 #include "apps/simulate/simulate_job.h"
 #include "apps/support/usage.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What tagtwist_simulate --help prints.
 Usage SimulateUsage();
@@ -10,4 +10,4 @@ Usage SimulateUsage();
 /// The job that the flags describe, or the flag whose value is out of its range.
 Result<SimulateJob> SimulateJobFromFlags();
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -12,7 +12,7 @@
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "frontend/simulation/named_flights.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kNamedFlightS = 20;
@@ -121,4 +121,4 @@ Result<DatasetFormat> ParseFormat(const std::string& name) {
   return Error{"--format: expected folder, euroc or mat, got '" + name + "'"};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

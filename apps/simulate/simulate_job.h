@@ -9,7 +9,7 @@
 #include "frontend/io/recordings/dataset_writer.h"
 #include "frontend/simulation/simulator.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What tagtwist_simulate was asked to do.
 struct SimulateJob {
@@ -43,4 +43,4 @@ Status WriteFlight(const SimulateJob& job, const Simulator& simulator,
 /// "folder", "euroc" or "mat".
 Result<DatasetFormat> ParseFormat(const std::string& name);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

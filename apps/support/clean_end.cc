@@ -17,7 +17,7 @@
 #include "frontend/base/files/file_set.h"
 #include "frontend/base/files/partial.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Those that would end the process: one that is ignored (nohup, a job in the background) stays so.
@@ -111,4 +111,4 @@ void CleanEnd::End(int signal) {
   ::_exit(128 + signal);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

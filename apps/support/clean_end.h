@@ -7,7 +7,7 @@
 
 #include "apps/support/usage.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a program writes, file by file, and the folder that gets a FileSet; empty: none.
 struct Outputs {
@@ -41,4 +41,4 @@ class CleanEnd {
   std::thread watcher_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

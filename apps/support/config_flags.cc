@@ -22,7 +22,7 @@ DEFINE_string(movable_tags, "",
               "Ids of tags that may be anywhere, as 3,7: passed over, besides the config's.");
 DEFINE_string(tag_family, "", "The tags' family, where --map does not say it and means another.");
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Status ReadMovableTags(std::vector<int>* ids) {
@@ -60,4 +60,4 @@ Result<ConfigFiles> ConfigFilesFromFlags() {
   return files;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

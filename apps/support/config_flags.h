@@ -2,7 +2,7 @@
 #include "apps/support/usage.h"
 #include "estimator/online/config.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The flags that say which camera and map there are, for the help text.
 FlagGroup ConfigFlags();
@@ -10,4 +10,4 @@ FlagGroup ConfigFlags();
 /// The files that these flags name; an error is a wrong use of them.
 Result<ConfigFiles> ConfigFilesFromFlags();
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -12,7 +12,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 void OpenStandardDescriptors() {
@@ -55,4 +55,4 @@ int GuardedMain(const Usage& usage, const std::function<int()>& body) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

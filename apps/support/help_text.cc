@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <sstream>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kWrapColumn = 100;
@@ -90,4 +90,4 @@ std::string HelpText(const Usage& usage) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

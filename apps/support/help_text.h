@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Flags that belong together in the help text, by name.
 struct FlagGroup {
@@ -43,4 +43,4 @@ std::string HelpText(const Usage& usage);
 /// (--flagfile, --fromenv, ...) are not ours, and not honoured.
 bool FindFlag(const std::string& name, gflags::CommandLineFlagInfo* info);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Text as roff takes it: hyphens that can be copied, no line that begins as a request.
@@ -67,4 +67,4 @@ std::string ManPage(const Usage& usage, const std::string& version) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

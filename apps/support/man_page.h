@@ -3,9 +3,9 @@
 
 #include "apps/support/help_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What --help says as a man page (man(7), section 1).
 std::string ManPage(const Usage& usage, const std::string& version);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

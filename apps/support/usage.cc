@@ -14,7 +14,7 @@
 #define TAGTWIST_VERSION "unknown"
 #endif
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 bool IsTrueWord(const std::string& word) {
@@ -151,4 +151,4 @@ int Fail(const Usage& usage, const std::string& message, int status) {
   return status;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 
 #include "apps/support/help_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A command line, read. With an exit status the program ends: `text` is its last word, on standard
 /// output when the status is 0 and on standard error otherwise.
@@ -36,4 +36,4 @@ std::optional<std::string> FirstFlagProblem(
 /// 2 for wrong usage.
 int Fail(const Usage& usage, const std::string& message, int status = 1);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -28,6 +28,8 @@
 #include "frontend/base/format_text.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 // Takes the covariance's place: of long recordings both would be a lot to hold.

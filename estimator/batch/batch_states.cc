@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
                                 const std::vector<TrackSegment>& segments) {
@@ -37,4 +37,4 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
   return input;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

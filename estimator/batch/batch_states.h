@@ -4,7 +4,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/track_segments.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The state of each frame in the graph; -1 for frames that see nothing. Those need no state: the
 /// trajectory between the others says all of them, and over a long gap a chain of states, tied by
@@ -17,4 +17,4 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
                          const std::vector<TrackSegment>& segments,
                          std::vector<GraphFrame>* frames);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

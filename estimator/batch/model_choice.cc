@@ -9,7 +9,7 @@
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/smoother.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // In the logarithm of a likelihood: beyond doubt.
@@ -160,4 +160,4 @@ NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame
   return IsLikelier(acceleration, jerk) ? acceleration.noise : jerk.noise;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

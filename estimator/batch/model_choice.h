@@ -8,7 +8,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/noise_learning.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The steady clock fitted to the frames' stamps, where the options ask for it or leave it open and
 /// the tags of the first 300 frames are clearly likelier at its ticks; else nullopt: the stamps
@@ -28,4 +28,4 @@ void TakeAtTimes(const std::vector<int64_t>& t_ns, std::vector<GraphFrame>* fram
 NoiseModel ChooseNoise(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
                        const std::optional<NoiseModel>& start = {});
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // stamp = first + period * number, from the first stamp on [s].
@@ -121,4 +121,4 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
   return best;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A camera's clock that ticks steadily, where the stamps were taken late and unevenly.
 struct SteadyClock {
@@ -19,4 +19,4 @@ struct SteadyClock {
 /// clock.
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // In the logarithm of a likelihood: beyond doubt.
@@ -49,4 +49,4 @@ Result<Solution> LetMotionVary(const EstimatorSetup& setup, const SolveOptions& 
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "estimator/solve/smoother.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A solution under one density of the motion prior for all of a recording, made anew with one for
 /// each interval where the tags say so beyond doubt: where the poses that they tell alone are
@@ -15,4 +15,4 @@ namespace tagtwist {
 Result<Solution> LetMotionVary(const EstimatorSetup& setup, const SolveOptions& options,
                                Solution solution, GraphInput* input, NoiseModel* noise);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

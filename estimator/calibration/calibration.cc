@@ -10,7 +10,7 @@
 #include "estimator/start/recording_start.h"
 #include "frontend/types/truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kLeastFrames = 20;
@@ -181,4 +181,4 @@ Result<Calibration> Calibrate(const CalibrationInput& input,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -12,7 +12,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/rig.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a calibration starts from.
 struct CalibrationInput {
@@ -57,4 +57,4 @@ Result<CalibrationProblem> MakeCalibrationProblem(
     const CalibrationInput& input, const std::vector<FrameMeasurements>& measurements,
     const std::vector<TruthSample>& truth);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/types/truth.h"
 #include "residuals/truth_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::optional<WhitenedTruth> LinearizeTruth(const CalibrationProblem& problem,
                                             const CalibrationState& state,
@@ -102,4 +102,4 @@ std::optional<double> AdjustPose(const CalibrationProblem& problem, const Calibr
   return found.cost;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/quadratic_form.h"
 #include "residuals/tag_calibration_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 constexpr int kTruthColumns = 13;  // mount, world, clock
 
@@ -41,4 +41,4 @@ std::optional<QuadraticForm<6>> LinearizePose(const CalibrationProblem& problem,
 std::optional<double> AdjustPose(const CalibrationProblem& problem, const CalibrationState& state,
                                  const CalibrationNoise& noise, CalibrationFrame* frame);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -12,7 +12,7 @@
 #include "frontend/base/statistics/robust.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kLongestTurnS = 0.3, kLongestGapS = 0.1;  // between frames, between samples
@@ -245,4 +245,4 @@ std::string GyroText(const GyroAlignment& g) {
       g.turn_sigma_rad * 180 / M_PI);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/base/result.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A camera's attitude at a stamp.
 struct TimedRotation {
@@ -40,4 +40,4 @@ Result<GyroAlignment> AlignGyro(const std::vector<TimedRotation>& camera,
 /// In words, one line.
 std::string GyroText(const GyroAlignment& alignment);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

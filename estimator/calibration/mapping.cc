@@ -11,7 +11,7 @@
 #include "estimator/calibration/solver.h"
 #include "frontend/geometry/frame_pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMostVotingFrames = 60;    // that vote for a tag's place
@@ -279,4 +279,4 @@ Result<Mapping> MapTags(const Camera& camera, const std::vector<FrameMeasurement
   return ToMapping(solution, mapper, options);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A map from what was seen: from nothing, or besides tags that are known.
 struct MappingOptions {
@@ -37,4 +37,4 @@ struct Mapping {
 Result<Mapping> MapTags(const Camera& camera, const std::vector<FrameMeasurements>& measurements,
                         const MappingOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

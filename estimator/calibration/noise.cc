@@ -5,7 +5,7 @@
 #include "estimator/calibration/costs.h"
 #include "frontend/base/statistics/robust.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Correlation of successive errors, from their sums.
@@ -80,4 +80,4 @@ NoiseSums SumNoise(const CalibrationProblem& problem, const CalibrationState& st
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

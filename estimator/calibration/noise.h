@@ -5,7 +5,7 @@
 #include "estimator/calibration/normals.h"
 #include "estimator/calibration/problem.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Sums that the noise is learned from.
 struct NoiseSums {
@@ -20,4 +20,4 @@ NoiseSums SumNoise(const CalibrationProblem& problem, const CalibrationState& st
                    const std::vector<CalibrationFrame>& frames, const CalibrationNoise& noise,
                    const CalibrationNormals& normals, const Eigen::MatrixXd& covariance);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/calibration/costs.h"
 #include "frontend/base/statistics/robust.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kMaxGlobals = kMaxLensSize + 2 + kTruthColumns;  // all but the tags' entries
@@ -199,4 +199,4 @@ CalibrationNormals LinearizeCalibration(const CalibrationProblem& problem,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

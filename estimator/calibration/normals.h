@@ -4,7 +4,7 @@
 
 #include "estimator/calibration/problem.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What eliminating a frame's pose leaves: the step of the pose is -(offset + by_shared * d), d the
 /// step of the shared parameters at `columns`.
@@ -33,4 +33,4 @@ CalibrationNormals LinearizeCalibration(const CalibrationProblem& problem,
                                         const std::vector<CalibrationFrame>& frames,
                                         const CalibrationNoise& noise, double damping);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 namespace {
 
@@ -132,4 +132,4 @@ Eigen::VectorXd MapScaleDirection(const CalibrationState& reference,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

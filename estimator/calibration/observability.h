@@ -5,7 +5,7 @@
 
 #include "estimator/calibration/problem.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A direction of the parameters that the data left nearly where the prior had it.
 struct UnseenDirection {
@@ -39,4 +39,4 @@ Eigen::MatrixXd RigidMotionsOfMap(const CalibrationState& reference, const Eigen
 Eigen::VectorXd MapScaleDirection(const CalibrationState& reference,
                                   const Eigen::VectorXd& prior_sigmas);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,6 +7,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 std::optional<std::string> CalibrationOptions::Problem() const {
   std::optional<std::string> problem;
   VisitFields(*this, [&problem](const char* key, auto value) {

@@ -9,7 +9,7 @@
 #include "residuals/lens.h"
 #include "residuals/tag_calibration_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Appends the six entries of a pose.
@@ -174,4 +174,4 @@ CalibrationProblem Restrict(const CalibrationProblem& problem,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

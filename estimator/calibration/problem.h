@@ -13,7 +13,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Everything about the set-up that a calibration may change. Corners lie at
 /// exp(log_scale) * (world_from_tag * corner); the ground truth at t + time_offset_s is
@@ -126,4 +126,4 @@ CalibrationProblem Restrict(const CalibrationProblem& problem,
                             const std::vector<CalibrationGroup>& groups,
                             const std::vector<bool>& use = {});
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "estimator/calibration/noise.h"
 #include "estimator/calibration/normals.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::vector<int> FreeEntries(const Eigen::VectorXd& sigmas) {
@@ -215,4 +215,4 @@ Eigen::MatrixXd ConsiderCovariance(const CalibrationProblem& problem,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

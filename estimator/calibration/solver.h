@@ -4,7 +4,7 @@
 
 #include "estimator/calibration/problem.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A calibration's optimum.
 struct CalibrationSolution {
@@ -36,4 +36,4 @@ Eigen::MatrixXd ConsiderCovariance(const CalibrationProblem& problem,
                                    const CalibrationProblem& applied,
                                    const CalibrationSolution& solution);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

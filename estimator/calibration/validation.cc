@@ -8,7 +8,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/types/truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kSigmaOfMad = 1.4826;
@@ -147,4 +147,4 @@ CalibrationValidation ValidateGroups(const CalibrationProblem& problem,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

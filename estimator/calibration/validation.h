@@ -4,7 +4,7 @@
 #include "estimator/calibration/problem.h"
 #include "estimator/calibration/solver.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What frames say of a calibration that was not fitted to them: their poses are free, everything
 /// else is as it was fitted on the others.
@@ -42,4 +42,4 @@ CalibrationValidation ValidateGroups(const CalibrationProblem& problem,
                                      const CalibrationState& start, const CalibrationNoise& noise,
                                      int n_blocks);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 
 #include "estimator/evaluation/hand_eye.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMinMatches = 3;
@@ -156,4 +156,4 @@ std::vector<TruthMatch> AlignedMatches(const PoseSeries& series,
   return matches;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

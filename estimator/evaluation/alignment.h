@@ -7,7 +7,7 @@
 #include "frontend/base/result.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Rigid motion a of least squares |truth - a * estimate| over positions: Umeyama (1991) without
 /// scale. At least one match; where the positions leave the rotation open (all in one point or on
@@ -23,4 +23,4 @@ std::vector<TruthMatch> AlignedMatches(const PoseSeries& series,
                                        const std::vector<TruthSample>& truth,
                                        const Alignment& alignment, double max_truth_gap_s);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

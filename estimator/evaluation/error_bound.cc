@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 ErrorBound RmsBound(const std::vector<StateCovariance>& covariances) {
   ErrorBound out;
@@ -41,4 +41,4 @@ HalfNoiseGain GainOfHalfNoise(WhiteNoiseOn on) {
   return {std::pow(2.0, 1 - 1 / (2 * n)), std::pow(2.0, 1 - 3 / (2 * n))};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Least error that can be expected: root mean square over frames of the 3-D standard deviation,
 /// the square root of the trace of a part of the covariance.
@@ -43,4 +43,4 @@ struct HalfNoiseGain {
 };
 HalfNoiseGain GainOfHalfNoise(WhiteNoiseOn on);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -13,6 +13,8 @@
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 // A frame farther from the wanted end of a step in time or along the path than this part of it does

@@ -9,7 +9,7 @@
 #include "estimator/calibration/solver.h"
 #include "frontend/types/truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Wide enough to say nothing where the motion says anything.
@@ -89,4 +89,4 @@ Result<Alignment> AlignHandEye(const PoseSeries& series, const std::vector<Truth
   return AlignmentOf(best);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "estimator/evaluation/pose_series.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A hand-eye alignment by the calibration's own solver (solver.h): its mount is
 /// body_from_marker and its camera the body, whose poses are known; world and clock are the same.
@@ -17,4 +17,4 @@ Result<Alignment> AlignHandEye(const PoseSeries& series, const std::vector<Truth
                                const std::vector<Alignment>& starts,
                                const AlignmentOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

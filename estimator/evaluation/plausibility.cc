@@ -5,7 +5,7 @@
 
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 double Median(std::vector<double> values) {
@@ -92,4 +92,4 @@ std::vector<Fault> ImplausibleMotion(const std::vector<TimedPose>& poses) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What of a set-up cannot be: tags larger than a house or smaller than a letter (millimetres taken
 /// for metres), fields of view that no lens has, a principal point off the image.
@@ -23,4 +23,4 @@ struct TimedPose {
 /// another unit. Poses in order of time.
 std::vector<Fault> ImplausibleMotion(const std::vector<TimedPose>& poses);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

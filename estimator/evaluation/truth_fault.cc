@@ -9,7 +9,7 @@
 #include "estimator/evaluation/truth_match.h"
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kPlainM = 0.05, kPlainRad = 0.2;  // errors that no noise makes
@@ -231,4 +231,4 @@ std::optional<Fault> FindTruthFault(const PoseSeries& estimate,
   return FindClock(estimate, truth, max_gap_s, given);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

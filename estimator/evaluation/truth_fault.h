@@ -7,7 +7,7 @@
 #include "frontend/base/fault.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The plain sign of a mistake in the ground truth, or in what connects it to the estimate: another
 /// unit of length (1000:1), axes exchanged (y up) or a world turned against ours, quaternions with
@@ -18,4 +18,4 @@ std::optional<Fault> FindTruthFault(const PoseSeries& estimate,
                                     const std::vector<TruthSample>& truth,
                                     const Pose& cam_from_body, double max_gap_s);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

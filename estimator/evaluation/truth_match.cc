@@ -6,7 +6,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/types/truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Typical time between samples [s]; 0 where there are fewer than two.
@@ -52,4 +52,4 @@ std::vector<TruthMatch> MatchTruth(const PoseSeries& series, const std::vector<T
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

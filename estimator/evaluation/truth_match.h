@@ -6,7 +6,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// An estimate and the truth that belongs to it.
 struct TruthMatch {
@@ -22,4 +22,4 @@ struct TruthMatch {
 std::vector<TruthMatch> MatchTruth(const PoseSeries& series, const std::vector<TruthSample>& truth,
                                    double time_offset_s, double max_gap_s);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,6 +5,8 @@
 #include "frontend/base/option_check.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 std::optional<std::string> CheckAtLeast(const char* key, int value, int least) {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::vector<GraphState> Retract(const std::vector<GraphState>& states,
                                 const Eigen::VectorXd& step) {
@@ -44,4 +44,4 @@ double* Graph::Parameters(const BlockRef& block) {
   return const_cast<double*>(static_cast<const Graph*>(this)->Parameters(block));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "estimator/graph/graph_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Which variable a factor touches: the pose or the rates of a state, or a tracked point.
 struct BlockRef {
@@ -57,4 +57,4 @@ struct Graph {
   const double* Parameters(const BlockRef& block) const;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

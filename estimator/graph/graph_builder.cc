@@ -15,7 +15,7 @@
 #include "residuals/tag_reprojection_residual.h"
 #include "residuals/track_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // What a body may be expected to do before anything is known of its motion.
@@ -284,4 +284,4 @@ EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& o
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -13,7 +13,7 @@
 #include "frontend/types/rig.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What does not change during a run, as the solvers take it: BatchEstimator and SlidingWindow make
 /// it of the set-up and the options that they are given.
@@ -90,4 +90,4 @@ std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
 /// Writes the graph's states back into the frames.
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

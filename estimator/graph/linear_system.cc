@@ -11,7 +11,7 @@
 #include "residuals/pose_manifold.h"
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -283,4 +283,4 @@ LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use, BlockBa
   return system;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

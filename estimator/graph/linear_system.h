@@ -5,7 +5,7 @@
 #include "estimator/graph/graph.h"
 #include "estimator/linear/block_banded.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A factor linearised at the graph's values: whitened residual and Jacobian in the tangents of its
 /// blocks side by side (pose 6, rates 12, point 2), both scaled by the square root of the robust
@@ -50,4 +50,4 @@ void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* s
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use = {},
                        BlockBandedMatrix memory = {});
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "estimator/graph/linear_system.h"
 #include "residuals/prior_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Blocks other than those of state 0 and points that the used factors touch, in order.
@@ -163,4 +163,4 @@ std::optional<Factor> MarginalizeFirstState(const Graph& graph) {
   return MakePriorFactor(graph, blocks, SchurComplement(Linearize(graph, use), blocks));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/graph/linear_system.h"
 #include "frontend/base/quadratic_form.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Marginalises the graph's first state: the factors that touch it, directly or through a tracked
 /// point seen from it, become one Gaussian prior on the states that they leave (Schur complement,
@@ -28,4 +28,4 @@ Factor GaussianPrior(const std::vector<GraphState>& states, const Eigen::MatrixX
 /// Which factors MarginalizeFirstState consumes: one flag a factor.
 std::vector<bool> UsedByMarginalisation(const Graph& graph);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

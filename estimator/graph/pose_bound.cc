@@ -5,7 +5,7 @@
 
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A direction whose information is this small beside the others', each in its own unit, is not
@@ -50,4 +50,4 @@ std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corn
   return InverseInformation(information);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Cramér-Rao bound of a pose from the tags of its own frame and nothing else: no unbiased
 /// estimator has a smaller covariance. (sum J' R^-1 J)^-1 over the tags, J the derivative of a
@@ -21,4 +21,4 @@ std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corn
 /// to none beside the others, each in its own unit.
 std::optional<PoseCovariance> InverseInformation(const PoseCovariance& information);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,6 +1,6 @@
 #include "estimator/graph/reprojection.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::vector<double> ReprojectionErrors(const EstimatorSetup& setup, const GraphFrame& frame) {
   std::vector<double> errors;
@@ -16,4 +16,4 @@ std::vector<double> ReprojectionErrors(const EstimatorSetup& setup, const GraphF
   return errors;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/types/tag_planes.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kMaxDistanceM = 100;
@@ -93,4 +93,4 @@ std::optional<size_t> PlaneOfRay(const std::vector<TrackPlane>& planes, const Ra
   return hits[best].first;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/types/ray.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A plane of the map's tags (see TagPlanes) and where on it they lie: the surface is known to be
 /// there, so tracks within that region lie on the plane. Coordinates x, y of the plane [m].
@@ -28,4 +28,4 @@ std::vector<TrackPlane> FindTrackPlanes(const TagMap& map);
 /// nullopt where there is none within 100 m.
 std::optional<size_t> PlaneOfRay(const std::vector<TrackPlane>& planes, const Ray& ray);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

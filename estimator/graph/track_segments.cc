@@ -5,7 +5,7 @@
 
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Tracks that a tag makes up for.
@@ -118,4 +118,4 @@ void TrackSegmenter::DropBefore(int first_frame) {
   open_ = std::move(still_open);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

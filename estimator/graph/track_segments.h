@@ -8,7 +8,7 @@
 
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A piece of a KLT track: one point of a plane of the map, seen in consecutive frames.
 struct TrackSegment {
@@ -70,4 +70,4 @@ class TrackSegmenter {
 /// So many tags in view leave no room for a track that begins.
 int TagsThatReplaceTracks(int max_tracks_per_frame);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

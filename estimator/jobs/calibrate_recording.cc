@@ -6,7 +6,7 @@
 #include "estimator/jobs/progress.h"
 #include "estimator/online/calibration_input.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label,
                                                         DataSource* source, const Config& config,
@@ -36,4 +36,4 @@ Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* s
   return calibration;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/jobs/run.h"
 #include "estimator/online/config.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The tags of every frame of a recording, without tracks. A progress bar of that label runs on a
 /// terminal.
@@ -19,4 +19,4 @@ Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* s
                                        const Config& config, const RunOptions& options,
                                        const std::vector<TruthSample>& truth);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

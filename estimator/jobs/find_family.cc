@@ -10,7 +10,7 @@
 #include "frontend/tags/tag_detector.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kImages = 6, kEvery = 8;
@@ -78,4 +78,4 @@ std::optional<Fault> FindOtherTags(DataSource* source, const TagMap& map) {
                "Name their family in the map, or by --tag_family."};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Whether the images show tags, but not the map's: a few of the recording's first images are
 /// searched for every family. A fault where another family has at least five times as many tags,
@@ -13,4 +13,4 @@ namespace tagtwist {
 /// ids that the map lacks. `source`: opened anew, with images.
 std::optional<Fault> FindOtherTags(DataSource* source, const TagMap& map);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

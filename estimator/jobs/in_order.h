@@ -8,7 +8,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The number of threads asked for; 0 stands for the machine's own number.
 inline int ResolveThreads(int asked) {
@@ -34,4 +34,4 @@ Status ForEachInOrder(size_t count, int threads, const Make& make, const Use& us
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

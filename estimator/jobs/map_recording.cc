@@ -8,7 +8,7 @@
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The known tags, and every other one of the family somewhere, so that none is passed over but the
@@ -59,4 +59,4 @@ Result<Mapping> MapUnknownTags(MapJob job, const Config& config) {
   return MapRecording(job, config);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

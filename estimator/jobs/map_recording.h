@@ -4,7 +4,7 @@
 #include "estimator/calibration/mapping.h"
 #include "estimator/online/config.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A recording to make a map from.
 struct MapJob {
@@ -23,4 +23,4 @@ Result<Mapping> MapRecording(const MapJob& job, const Config& config);
 /// that is not given is that of the map's tags.
 Result<Mapping> MapUnknownTags(MapJob job, const Config& config);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "estimator/online/measure_frame.h"
 #include "frontend/tags/find_tags.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Result<std::optional<Frame>> NextFrame(DataSource* source, const Camera& camera) {
   auto frame = source->Next();
@@ -114,4 +114,4 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   return std::optional<MeasuredFrame>(std::move(out));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -14,7 +14,7 @@
 #include "frontend/pattern/corner_refiner.h"
 #include "frontend/tags/tag_detector.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// One frame of a recording, measured, and what it took.
 struct MeasuredFrame {
@@ -76,4 +76,4 @@ class MeasurementStream {
   std::deque<Pending> queue_;  // last member: tasks end before what they read
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

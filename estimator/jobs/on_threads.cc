@@ -11,7 +11,7 @@
 
 #include "estimator/jobs/in_order.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Work = std::function<void(std::size_t, std::size_t)>;
@@ -107,4 +107,4 @@ ForRanges OnThreads(int threads) {
   };
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/online_estimator.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 bool HasFix(const std::vector<FrameEstimate>& frames) {
@@ -176,4 +176,4 @@ Result<RunResult> OnlineRun::Finish() {
   return std::move(impl_->out);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// OnlineEstimator over a recording, state by state: ask for one after the other, then for the
 /// whole run. With full detection and several threads, images are searched ahead.
@@ -33,4 +33,4 @@ class OnlineRun {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

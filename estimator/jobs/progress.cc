@@ -7,7 +7,7 @@
 #include <iostream>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::string ProgressLine(const std::string& label, size_t done, size_t total, double elapsed_s) {
   if (total == 0) return label + "  " + std::to_string(done);
@@ -45,4 +45,4 @@ void Progress::Update(size_t done) {
   std::cerr << "\r" << ProgressLine(label_, done, total_, elapsed_s) << "\033[K" << std::flush;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

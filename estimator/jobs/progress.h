@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A progress bar on standard error; silent when that is not a terminal.
 class Progress {
@@ -28,4 +28,4 @@ class Progress {
 /// The bar's line, without the carriage return: "label [####......]  45%  12/40  3 s left".
 std::string ProgressLine(const std::string& label, size_t done, size_t total, double elapsed_s);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

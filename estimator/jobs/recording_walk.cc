@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 RecordingWalk::RecordingWalk(std::string dataset, size_t n_frames, const RunOptions& options)
     : dataset_(std::move(dataset)), options_(options) {
@@ -44,4 +44,4 @@ Result<std::vector<std::string>> RecordingWalk::Finish() {
   return std::vector<std::string>{ImageProblemsText()};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "estimator/result/run_facts.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The account that every run keeps of the frames of a recording that it goes through.
 class RecordingWalk {
@@ -41,4 +41,4 @@ class RecordingWalk {
   std::optional<int64_t> first_ns_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

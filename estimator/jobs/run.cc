@@ -9,7 +9,7 @@
 #include "estimator/jobs/recording_walk.h"
 #include "estimator/live/stopwatch.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // All frames of the recording into the batch.
@@ -68,4 +68,4 @@ Result<RunResult> RunEstimate(const std::string& dataset, DataSource* source, co
                                 : RunInBatch(dataset, source, config, options);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

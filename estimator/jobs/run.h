@@ -7,7 +7,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Estimates a whole recording, batch or window, with the time of every stage. An error when no
 /// frame has a usable tag, naming `dataset`. The trajectory is left out: it would take several
@@ -15,4 +15,4 @@ namespace tagtwist {
 Result<RunResult> RunEstimate(const std::string& dataset, DataSource* source, const Config& config,
                               const RunOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "estimator/online/online_options.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How a recording is gone through.
 struct RunOptions {
@@ -26,4 +26,4 @@ struct RunOptions {
   bool progress = true;  // a bar on standard error, where that is a terminal
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 #include "estimator/result/estimate.h"
 #include "estimator/result/run_facts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a run gives. The facts have no wall time and no memory: those are of the whole program.
 struct RunResult {
@@ -10,4 +10,4 @@ struct RunResult {
   RunFacts facts;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 void TagSample::Add(const FrameMeasurements& frame) {
   const size_t index = count_++;
@@ -24,4 +24,4 @@ void TagSample::Add(const FrameMeasurements& frame) {
   indices_.resize(kept);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 
 #include "estimator/calibration/set_up/set_up_fit.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Tags of some frames of a run, in threes that follow each other, evenly spread over it: every one
 /// until there are kMost, then every second three, and so on.
@@ -23,4 +23,4 @@ class TagSample {
   std::vector<size_t> indices_;  // of frames_, among all that were added
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

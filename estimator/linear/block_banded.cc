@@ -5,7 +5,7 @@
 
 #include "estimator/linear/block_kernels.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Block = BlockBandedMatrix::Block;
@@ -92,4 +92,4 @@ BlockBandedMatrix BlockBandedCholesky::Inverted() && {
   return p;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

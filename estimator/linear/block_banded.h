@@ -7,7 +7,7 @@
 
 #include "estimator/linear/block.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Symmetric matrix of n x n blocks of kSize x kSize, zero beyond `bandwidth` blocks from the
 /// diagonal; only the lower triangle is kept. The normal equations of a trajectory have this shape
@@ -73,4 +73,4 @@ class BlockBandedCholesky {
 /// The matrix of factors that are no longer needed, of any value, to be filled anew; leaves none.
 BlockBandedMatrix TakeMemory(std::optional<BlockBandedCholesky>* cholesky);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Of a triangle's columns from this one on, only the rows from there on are worked on.
@@ -105,4 +105,4 @@ BlockVector SolvedTransposed(const Block& l, const BlockVector& x) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

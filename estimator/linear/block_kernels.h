@@ -1,7 +1,7 @@
 #pragma once
 #include "estimator/linear/block.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Products and triangular solves of blocks. Column by column, each in registers from its first
 /// summand to its last: at this size Eigen's general kernels spend more time on packing and on
@@ -27,4 +27,4 @@ Block InverseOf(const Block& l);
 BlockVector Solved(const Block& l, const BlockVector& x);
 BlockVector SolvedTransposed(const Block& l, const BlockVector& x);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

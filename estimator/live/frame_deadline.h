@@ -2,7 +2,7 @@
 #include "estimator/live/stopwatch.h"
 #include "frontend/base/time_up.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The time that a frame may take, from when it is taken up. Detection stops at half of it and the
 /// solve at four fifths, for neither stops at once, and something comes after.
@@ -25,4 +25,4 @@ class FrameDeadline {
   Stopwatch watch_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include <new>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience(20);  // between looks at Options::stop
@@ -107,4 +107,4 @@ size_t LiveFeed::dropped() const {
   return waiting_.dropped();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -11,7 +11,7 @@
 #include "estimator/live/newest_queue.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Nanoseconds of the machine's steady clock.
 int64_t SteadyNowNs();
@@ -57,4 +57,4 @@ class LiveFeed : public DataSource {
   std::thread thread_;  // from the first frame on that is asked for
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What waits for a consumer that may be too slow: at most `most` values, in order. The newest win:
 /// a value that comes when the queue is full drops the one that waited longest.
@@ -36,4 +36,4 @@ class NewestQueue {
   size_t dropped_ = 0;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,7 +1,7 @@
 #pragma once
 #include <chrono>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Wall time since it was made.
 class Stopwatch {
@@ -15,4 +15,4 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A class is never ruled out: it may be the right one later.
@@ -223,4 +223,4 @@ std::vector<double> WeightsFromBothSides(const std::vector<double>& forwards,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

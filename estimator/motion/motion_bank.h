@@ -5,7 +5,7 @@
 
 #include "residuals/motion_prior.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a MotionBank supposes of a motion.
 struct MotionBankOptions {
@@ -82,4 +82,4 @@ std::vector<double> WeightsFromBothSides(const std::vector<double>& forwards,
                                          const std::vector<double>& before,
                                          const std::vector<double>& backwards);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

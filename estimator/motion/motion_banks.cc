@@ -5,7 +5,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 MotionBanks::MotionBanks(WhiteNoiseOn linear, WhiteNoiseOn angular)
     : MotionBanks(LinearBankOptions(linear), AngularBankOptions(angular)) {}
@@ -167,4 +167,4 @@ std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/motion/motion_bank.h"
 #include "estimator/motion/tags_alone.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Logarithms of likelihoods, of each part of a motion.
 struct PartLikelihoods {
@@ -113,4 +113,4 @@ class MotionHistory {
   std::vector<Frame> frames_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

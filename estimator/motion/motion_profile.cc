@@ -1,6 +1,6 @@
 #include "estimator/motion/motion_profile.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
                         const std::vector<GraphFrame>& frames) {
@@ -26,4 +26,4 @@ void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const Mot
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/motion/motion_banks.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The history of these frames.
 MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -22,4 +22,4 @@ MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& o
 void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const MotionParts& varying,
                 std::vector<GraphFrame>* frames);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -11,7 +11,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Residual8 = Eigen::Matrix<double, 8, 1>;
@@ -127,4 +127,4 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "estimator/graph/graph_builder.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A pose, and the covariances of its attitude (in B) and position (in W), taken as independent.
 struct PoseMeasurement {
@@ -26,4 +26,4 @@ struct PoseMeasurement {
 std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double corner_sigma_px,
                                           const std::vector<TagDetection>& tags, const Pose& start);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

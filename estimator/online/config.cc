@@ -11,6 +11,8 @@
 #include "frontend/io/setup/yaml_reader.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 // Seed Eq. 1.

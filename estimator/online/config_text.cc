@@ -7,7 +7,7 @@
 #include "frontend/base/number_text.h"
 #include "frontend/io/setup/tag_map_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Visitor of an options struct: "  name: value" a field; a field that is not given is left out.
@@ -57,4 +57,4 @@ std::string OptionsText(const Config& config) {
   return out + SectionText("calibration", config.calibration);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "estimator/graph/track_segments.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::optional<PosePrediction> PredictPose(const SlidingWindow& window, int64_t t_ns) {
   const auto state = window.PredictAt(t_ns);
@@ -21,4 +21,4 @@ Config ForOnlineUse(Config config) {
   return config;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

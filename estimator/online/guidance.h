@@ -6,7 +6,7 @@
 #include "estimator/window/sliding_window.h"
 #include "frontend/tags/guided_detector.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What the window says of the pose at a coming stamp, as guided detection takes it; nullopt while
 /// there is no state.
@@ -16,4 +16,4 @@ std::optional<PosePrediction> PredictPose(const SlidingWindow& window, int64_t t
 /// for those that lie on tags), and none while tags replace them.
 Config ForOnlineUse(Config config);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

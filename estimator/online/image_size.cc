@@ -1,6 +1,6 @@
 #include "estimator/online/image_size.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::optional<std::string> ImageSizeProblem(const cv::Mat& image, const Camera& camera) {
   if (image.empty() || (image.cols == camera.width && image.rows == camera.height)) {
@@ -11,4 +11,4 @@ std::optional<std::string> ImageSizeProblem(const cv::Mat& image, const Camera& 
          std::to_string(camera.height);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
                                FrontEnd* front_end) {
@@ -18,4 +18,4 @@ FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

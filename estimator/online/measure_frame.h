@@ -7,7 +7,7 @@
 #include "frontend/front_end.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A frame whose tags are found.
 struct DetectedFrame {
@@ -22,4 +22,4 @@ struct DetectedFrame {
 FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
                                FrontEnd* front_end);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

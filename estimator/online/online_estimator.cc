@@ -14,6 +14,8 @@
 #include "frontend/tags/tag_follower.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 bool IsGuided(const Config& config, DetectionMode mode) {

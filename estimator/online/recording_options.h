@@ -2,7 +2,7 @@
 #include "estimator/online/config.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How a recording is opened that is estimated with this configuration: ids that neither the map
 /// nor the list of movable tags has are errors in a detections.csv.
@@ -13,4 +13,4 @@ inline DataSourceOptions RecordingOptions(const Config& config, bool use_detecti
   return options;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,6 +1,6 @@
 #include "estimator/report/result_set.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 const std::vector<std::string>& ResultNames() {
   static const std::vector<std::string> names = {
@@ -25,4 +25,4 @@ OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/base/files/run_files.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Names of all files that WriteResults may write into a folder.
 const std::vector<std::string>& ResultNames();
@@ -17,4 +17,4 @@ struct ResultKinds {
 /// Those files, and what of older runs goes where this run does not write it.
 OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -22,6 +22,8 @@
 #include "frontend/io/trajectories/trajectory_file.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 Pose WithPositiveW(const Pose& pose) {

@@ -10,11 +10,13 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
-
+namespace tagtwist::internal {
 struct Calibration;
 struct GyroAlignment;
 struct Mapping;
+}  // namespace tagtwist::internal
+
+namespace tagtwist {
 
 /// What goes into an output folder besides the estimate.
 struct ResultContext {
@@ -23,12 +25,13 @@ struct ResultContext {
   std::vector<TruthSample> truth;   // empty when there is none
   std::vector<ComparisonRow> rows;  // as CompareMethods gives them
   bool write_covariance = false;
-  std::shared_ptr<const Calibration> calibration;  // where one was asked for
-  std::string options_text;                        // with it: the configuration's other sections
-  std::shared_ptr<const Mapping> mapping;          // of tags that the map lacked, where asked for
-  std::shared_ptr<const GyroAlignment> gyro;       // where asked for, and the recording has one
-  std::vector<int> movable_tags;                   // passed over
-  std::string detections_csv;                      // empty: not asked for
+  std::shared_ptr<const internal::Calibration> calibration;  // where one was asked for
+  std::string options_text;                          // with it: the configuration's other sections
+  std::shared_ptr<const internal::Mapping> mapping;  // of tags that the map lacked, where asked for
+  std::shared_ptr<const internal::GyroAlignment>
+      gyro;                       // where asked for, and the recording has one
+  std::vector<int> movable_tags;  // passed over
+  std::string detections_csv;     // empty: not asked for
   std::vector<std::string> kept;  // names of older runs' files that are not removed
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int64_t kBlockNs = 1'000'000'000;
@@ -109,4 +109,4 @@ ReprojectionErrorsByPlace ReprojectionTally::Errors() const {
   return std::move(all.errors_);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

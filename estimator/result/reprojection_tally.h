@@ -10,7 +10,7 @@
 #include "frontend/types/pose.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Collects ReprojectionErrorsByPlace. Memory does not grow with the frames.
 class ReprojectionTally {
@@ -31,4 +31,4 @@ class ReprojectionTally {
   ReprojectionErrorsByPlace errors_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/base/statistics/quantile.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Quad = std::array<Eigen::Vector2d, 4>;
@@ -173,4 +173,4 @@ std::vector<std::string> TagAudit::Warnings() const {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/base/statistics/thinned_sample.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a detection that was left out looks like, back-projected from the estimated pose onto the
 /// plane that the map puts its tag on.
@@ -53,4 +53,4 @@ class TagAudit {
   ThinnedSample<std::vector<int>> useless_frames_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/least_squares.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 void Damp(double damping, BlockBandedMatrix* hessian) {
@@ -112,4 +112,4 @@ BandedSolution SolveBanded(const SolveOptions& options, Graph* graph) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/linear/block_banded.h"
 #include "estimator/solve/ceres_solver.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What SolveBanded found.
 struct BandedSolution {
@@ -27,4 +27,4 @@ bool IsBanded(const Graph& graph);
 /// the last two foretell, or lowers the cost by less than the tolerance says.
 BandedSolution SolveBanded(const SolveOptions& options, Graph* graph);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

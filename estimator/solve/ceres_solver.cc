@@ -9,7 +9,7 @@
 
 #include "residuals/pose_manifold.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Up to this many states a dense factorisation beats a sparse one.
@@ -165,4 +165,4 @@ SolveSummary Solve(const SolveOptions& options, Graph* graph) {
           summary.final_cost, summary.message};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

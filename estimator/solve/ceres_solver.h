@@ -4,7 +4,7 @@
 #include "estimator/graph/graph.h"
 #include "frontend/base/time_up.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 struct SolveOptions {
   int max_iterations = 30;
@@ -31,4 +31,4 @@ struct SolveSummary {
 /// there are no points, full steps by its Jacobians, as long as they shrink, then lead to the end.
 SolveSummary Solve(const SolveOptions& options, Graph* graph);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "estimator/graph/linear_system.h"
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Residual8 = Eigen::Matrix<double, 8, 1>;
@@ -116,4 +116,4 @@ NoiseStatistics ComputeNoiseStatistics(const QuadraticChain& chain,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

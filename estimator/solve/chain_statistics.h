@@ -5,7 +5,7 @@
 #include "estimator/solve/quadratic_chain.h"
 #include "frontend/base/for_ranges.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// ComputeNoiseStatistics of all states of a chain: tags by their forms as they are, where these
 /// tell all that is asked.
@@ -13,4 +13,4 @@ NoiseStatistics ComputeNoiseStatistics(const QuadraticChain& chain,
                                        const BlockBandedMatrix& covariance, const NoiseModel& noise,
                                        const ForRanges& for_ranges);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "estimator/graph/linear_system.h"
 #include "estimator/graph/noise_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 bool Holds(const std::vector<TagDetection>& tags, int id) {
@@ -127,4 +127,4 @@ bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Grap
   return changed;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/quadratic_chain.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A measurement whose Huber weight is below this contradicts the rest.
 inline constexpr double kContradictedWeight = 0.6;
@@ -35,4 +35,4 @@ bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Grap
                 const std::vector<const std::vector<TagDetection>*>& seen, bool readmit,
                 std::vector<GraphFrame>* frames);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "estimator/graph/noise_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& updated) {
   const auto logs = [](const NoiseModel& m) {
@@ -38,4 +38,4 @@ NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& 
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/result/estimate.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Aitken's delta-squared over the fixed-point rounds: every second round jumps to where the last
 /// steps, shrinking geometrically, would end. The plain iteration needs many rounds where data say
@@ -19,4 +19,4 @@ class NoiseExtrapolation {
   std::optional<std::array<double, 4>> last_step_;  // of the logarithms, in the round before
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "residuals/motion_residual.h"
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Median of chi-square with 8 degrees of freedom, and its 0.9999 quantile.
@@ -296,4 +296,4 @@ double NoiseChange(const NoiseModel& a, const NoiseModel& b) {
                    0.5 * std::abs(std::log(a.angular.psd / b.angular.psd))});
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

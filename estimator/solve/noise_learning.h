@@ -9,7 +9,7 @@
 #include "estimator/linear/block_banded.h"
 #include "estimator/result/estimate.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Sum of squares of one noise source in its unit (px^2; per unit of density) against the degrees
 /// of freedom that speak of it. MacKay's evidence fixed point: variance = sum / dof, where dof =
@@ -77,4 +77,4 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
 /// Largest change of a parameter between two models, as |log ratio| of standard deviations.
 double NoiseChange(const NoiseModel& a, const NoiseModel& b);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "estimator/solve/noise_extrapolation.h"
 #include "estimator/solve/quadratic_chain.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 void DropSegments(const std::vector<bool>& drop, GraphInput* input) {
@@ -122,4 +122,4 @@ Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& 
   return LearnInGraph(setup, options, input, noise, learn);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "estimator/solve/smoother.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How well SolveAndLearn learns.
 struct LearnOptions {
@@ -21,4 +21,4 @@ Result<Solution> SolveAndLearn(const EstimatorSetup& setup, const SolveOptions& 
                                GraphInput* input, NoiseModel* noise,
                                const LearnOptions& learn = {});
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

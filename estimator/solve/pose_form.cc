@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 void Add(const LinearFactor& linear, double cost, QuadraticForm<6, Pose>* form) {
@@ -59,4 +59,4 @@ double PoseForm::Weight(const Graph& graph, size_t i) const {
   return delta > 0 && norm > delta ? delta / norm : 1;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

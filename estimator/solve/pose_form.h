@@ -6,7 +6,7 @@
 #include "frontend/base/quadratic_form.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// All factors of a graph that touch the pose of one state and nothing else, the tags that it sees
 /// as a rule, as one quadratic form in that pose.
@@ -37,4 +37,4 @@ struct PoseForm {
   double Weight(const Graph& graph, size_t i) const;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "estimator/graph/linear_system.h"
 #include "frontend/base/statistics/quantile.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Step of the logarithm of the density in the numeric derivatives.
@@ -166,4 +166,4 @@ std::vector<StateCovariance> WithPriorPower(double power, const PriorPower& prio
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/linear/block_banded.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How the motion prior holds where measurements just cease to resolve the motion. Its density is
 /// learned from the motion that they do resolve; how fast the motion's spectrum falls beyond is the
@@ -75,4 +75,4 @@ class PriorPowerFinder {
 /// elsewhere counts, which set the density.
 std::vector<StateCovariance> WithPriorPower(double power, const PriorPower& prior);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/graph/marginalisation.h"
 #include "frontend/base/check.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // States that a factor touches, the first and the last.
@@ -153,4 +153,4 @@ std::optional<Factor> QuadraticChain::Prior() const {
   return GaussianPrior(prior_->reference, prior_->hessian, prior_->gradient);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

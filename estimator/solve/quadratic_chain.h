@@ -11,7 +11,7 @@
 #include "frontend/base/quadratic_form.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How well QuadraticChain::Solve solves.
 struct ChainRules {
@@ -97,4 +97,4 @@ class QuadraticChain {
   int bandwidth_ = 1;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/solve/quadratic_chain.h"
 #include "frontend/base/least_squares.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kSize = BlockBandedMatrix::kSize;
@@ -189,4 +189,4 @@ Result<ChainSolution> QuadraticChain::Solve(const SolveOptions& options, const C
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

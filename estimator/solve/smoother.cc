@@ -6,7 +6,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/banded_solver.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 double LogDetInformation(const Graph& graph) {
@@ -67,4 +67,4 @@ FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

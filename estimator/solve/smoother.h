@@ -8,7 +8,7 @@
 #include "estimator/solve/ceres_solver.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A graph solved, with the covariance of its states within the band.
 struct Solution {
@@ -34,4 +34,4 @@ FrameEstimate ToFrameEstimate(const ClosedForm& closed_form, int n_tracks, const
 /// The row of a frame before the first state.
 FrameEstimate WithoutState(const FrameMeasurements& measurement);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

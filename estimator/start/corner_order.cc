@@ -6,7 +6,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/geometry/quad_shape.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr const char* kRightOrder = "p1..p4 (bottom-left, bottom-right, top-right, top-left)";
@@ -117,4 +117,4 @@ std::string ClockwiseText() {
          ", anticlockwise: put them into that order, or mirror the picture back";
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

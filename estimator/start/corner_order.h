@@ -6,7 +6,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How corners as they are given stand to p1..p4 of tags seen from their front.
 struct CornerOrder {
@@ -33,4 +33,4 @@ std::string CornerOrderText(const CornerOrder& order);
 /// The same where the corners are known to run clockwise and the tags do not tell in which order.
 std::string ClockwiseText();
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/geometry/frame_pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 double MedianError(const EstimatorSetup& setup, const GraphFrame& frame) {
@@ -112,4 +112,4 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/graph/trajectory.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Where the solve may start for a new frame of the window, and which of its tags enter.
 struct FrameStarts {
@@ -25,4 +25,4 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
                        const FrameMeasurements& measurement, const GraphFrame* last,
                        const std::optional<StateAndCovariance>& predicted);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/graph/pose_bound.h"
 #include "frontend/geometry/frame_pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kFastestMps = 10, kFastestRadps = 20;
@@ -66,4 +66,4 @@ std::vector<bool> Leaps(const EstimatorSetup& setup, const std::vector<GraphFram
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 
 #include "estimator/graph/graph_builder.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Whether a body could have gone from one pose to the other in dt_s: at less than 10 m/s and
 /// 20 rad/s.
@@ -15,4 +15,4 @@ bool IsWithinReach(const Pose& from, const Pose& to, double dt_s);
 /// no tag. Tags that agree with one another count as they are.
 std::vector<bool> Leaps(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

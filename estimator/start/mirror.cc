@@ -4,7 +4,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::optional<double> CostAt(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -35,4 +35,4 @@ std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& no
   return Mirror{AngleBetween(pose, *mirrored), *of_mirrored - *cost};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The other pose under which tags of one plane look the same from afar.
 struct Mirror {
@@ -19,4 +19,4 @@ struct Mirror {
 std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& noise,
                                const GraphFrame& frame);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

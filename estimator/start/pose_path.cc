@@ -7,7 +7,7 @@
 #include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kCornerPx = 0.3;
@@ -95,4 +95,4 @@ std::vector<std::optional<Pose>> LikeliestPath(const EstimatorSetup& setup,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

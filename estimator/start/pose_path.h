@@ -6,7 +6,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "frontend/geometry/frame_pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The poses that a frame's tags leave open.
 struct PoseChoice {
@@ -22,4 +22,4 @@ struct PoseChoice {
 std::vector<std::optional<Pose>> LikeliestPath(const EstimatorSetup& setup,
                                                const std::vector<PoseChoice>& choices);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

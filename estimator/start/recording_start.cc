@@ -6,7 +6,7 @@
 #include "estimator/start/leaps.h"
 #include "estimator/start/pose_path.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Pose Interpolate(const Pose& a, const Pose& b, double fraction) {
@@ -117,4 +117,4 @@ Result<std::vector<GraphFrame>> StartFrames(const EstimatorSetup& setup,
   return frames;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/result.h"
 #include "frontend/geometry/frame_pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Where the solve starts: constant motion from a state over dt_s.
 BodyState Predict(const BodyState& state, double dt_s);
@@ -26,4 +26,4 @@ std::vector<TagDetection> AgreeingTags(const std::vector<TagDetection>& tags,
 Result<std::vector<GraphFrame>> StartFrames(const EstimatorSetup& setup,
                                             const std::vector<FrameMeasurements>& measurements);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/geometry/quad_shape.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kFrames = 10;   // are enough
@@ -91,4 +91,4 @@ Status SetUpCheck::JudgeFrames(int least_tags) const {
   return Error{CornerOrderText(orders.front())};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Whether what is seen can be told apart from what the set-up says: that tags are seen from their
 /// front, with their corners in order, in a picture that is not mirrored, and that their sizes fit
@@ -41,4 +41,4 @@ class SetUpCheck {
   bool frames_are_judged_ = false;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -12,7 +12,7 @@
 #include "frontend/geometry/pose_refine.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::vector<TagDetection> InMap(const std::vector<TagDetection>& tags, const TagMap& map) {
@@ -171,4 +171,4 @@ std::string SizeFactorText(double factor, const TagMap& map) {
   return out + "; correct size_m (the black square's side), or the positions";
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The factor by which all tags of a map would have to be scaled about their centres to fit a
 /// frame.
@@ -31,4 +31,4 @@ std::optional<double> CommonSizeFactor(const std::vector<std::optional<SizeFacto
 /// a size measured with the white border of the map's family.
 std::string SizeFactorText(double factor, const TagMap& map);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

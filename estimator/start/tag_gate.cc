@@ -8,7 +8,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/geometry/quad_shape.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kLatest = 200;       // quads that are learned from
@@ -72,4 +72,4 @@ std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags) 
   return refused;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Keeps out what no tag can look like, before it enters anything: quads that run clockwise, that
 /// are not convex, or that are no projection of a square (phantoms; corners bent inwards by the
@@ -29,4 +29,4 @@ class TagGate {
   size_t next_ = 0;                 // place in it
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

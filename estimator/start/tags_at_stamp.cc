@@ -2,7 +2,7 @@
 
 #include "estimator/start/recording_start.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const BodyState& at_stamp,
                                         std::vector<TagDetection> tags) {
@@ -24,4 +24,4 @@ std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const BodyS
   return tags;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

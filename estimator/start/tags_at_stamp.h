@@ -5,7 +5,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Corners of a rolling shutter's frame as they would be had the whole image been taken at its
 /// stamp: each moved by the difference between its projections from the body's pose at the stamp
@@ -15,4 +15,4 @@ namespace tagtwist {
 std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const BodyState& at_stamp,
                                         std::vector<TagDetection> tags);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kMaxSteps = 30;
@@ -141,4 +141,4 @@ EvidenceFit FitByEvidence(const LinearEvidence& data, std::vector<ParameterGroup
   return fit;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Data about parameters that have a linear effect on whitened residuals r = F x + n, all else
 /// eliminated: F'F, F'r, r'r, and how many residuals are left.
@@ -38,4 +38,4 @@ struct EvidenceFit {
 /// speak against.
 EvidenceFit FitByEvidence(const LinearEvidence& data, std::vector<ParameterGroup> groups);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kKnotsOfLongSide = 10;
@@ -57,4 +57,4 @@ ImageField::Place ImageField::At(const Eigen::Vector2d& pixel) const {
           {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Smooth fields over an image as values on a grid of knots, bilinear between them: what a lens
 /// model leaves. A priori a Gaussian process of unit variance whose neighbouring values differ
@@ -30,4 +30,4 @@ class ImageField {
   Eigen::MatrixXd modes_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

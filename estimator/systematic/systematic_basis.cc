@@ -8,7 +8,7 @@
 #include "residuals/corner_whitener.h"
 #include "residuals/tag_reprojection_residual.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Where a search for the variances starts: a lens, a map and corners as they often are.
@@ -162,4 +162,4 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
   return true;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/systematic/evidence.h"
 #include "estimator/systematic/image_field.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Ids of the tags of those frames that are seen most, at most 128, ascending: whose own errors are
 /// worth parameters.
@@ -54,4 +54,4 @@ class SystematicBasis {
   std::unordered_map<int, int> tags_;  // id to its place
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMostFrames = 500;
@@ -135,4 +135,4 @@ SystematicErrors LearnSystematicErrors(const SystematicBasis& basis, const Noise
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "estimator/result/systematic_share.h"
 #include "estimator/systematic/systematic_basis.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Errors of lens, map and corners that last over a recording, as its residuals show them. They are
 /// not averaged away over frames as noise is.
@@ -37,4 +37,4 @@ SystematicShare AddSystematicErrors(const SystematicBasis& basis, const Systemat
                                     const std::vector<GraphFrame>& frames, Trajectory* trajectory,
                                     std::vector<StateCovariance>* covariances);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

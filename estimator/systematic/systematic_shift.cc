@@ -5,7 +5,7 @@
 #include "estimator/linear/block_banded.h"
 #include "estimator/systematic/systematic_errors.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kSize = BlockBandedMatrix::kSize;
@@ -85,4 +85,4 @@ SystematicShare AddSystematicErrors(const SystematicBasis& basis, const Systemat
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/graph/reprojection.h"
 #include "estimator/start/mirror.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 FixedLagSmoother::FixedLagSmoother(EstimatorSetup setup)
     : setup_(std::move(setup)),
       set_up_check_(setup_.map, setup_.camera),
@@ -172,4 +172,4 @@ std::vector<FrameEstimate> FixedLagSmoother::Finish() {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

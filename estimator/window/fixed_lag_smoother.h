@@ -24,7 +24,7 @@
 #include "frontend/base/time_up.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// SlidingWindow of a global shutter: what it does with a frame whose corners are all of its stamp.
 class FixedLagSmoother {
@@ -134,4 +134,4 @@ class FixedLagSmoother {
   int frames_of_learning_ = 0;  // that were too short for it
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

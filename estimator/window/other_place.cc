@@ -2,7 +2,7 @@
 
 #include "estimator/start/leaps.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 bool OtherPlace::Add(const std::optional<Pose>& excluded, const FrameMeasurements& measurement) {
   constexpr int kFrames = 3;
@@ -19,4 +19,4 @@ bool OtherPlace::Add(const std::optional<Pose>& excluded, const FrameMeasurement
   return true;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Whether the body has been put elsewhere: tags that the motion excludes are faults, until three
 /// frames running say the same of another place. Frames without tags say nothing.
@@ -21,4 +21,4 @@ class OtherPlace {
   Pose pose_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

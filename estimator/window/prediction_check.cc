@@ -6,7 +6,7 @@
 
 #include "frontend/types/nees.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kSpacingS = 0.05;           // between states that are kept
@@ -75,4 +75,4 @@ PredictionCheck::Inflation PredictionCheck::At(double gap_s) const {
   return {1 + (below.linear - 1) * ratio * ratio, 1 + (below.angular - 1) * ratio * ratio};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

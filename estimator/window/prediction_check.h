@@ -5,7 +5,7 @@
 
 #include "estimator/graph/trajectory.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How well the motion prior predicts over times as long as gaps between tags. Its density is
 /// learned from motion between frames; white noise from then on is an assumption, and a body that
@@ -41,4 +41,4 @@ class PredictionCheck {
   std::array<Sum, kHorizonsS.size()> sums_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

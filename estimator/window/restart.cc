@@ -8,7 +8,7 @@
 #include "estimator/window/fixed_lag_smoother.h"
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // As IsWithinReach, but beyond what the tags' own uncertainty may make of it.
@@ -135,4 +135,4 @@ std::optional<std::string> FixedLagSmoother::RestartWarning() const {
       restarts_, restarts_ == 1 ? "" : "s", ToSeconds(first_restart_ns_));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

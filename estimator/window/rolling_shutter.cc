@@ -2,7 +2,7 @@
 
 #include "estimator/start/tags_at_stamp.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 RollingShutterUndo::RollingShutterUndo(const EstimatorSetup& setup)
     : setup_(setup), as_seen_(setup) {}
@@ -16,4 +16,4 @@ Result<FrameMeasurements> RollingShutterUndo::AsOfStamp(FrameMeasurements measur
   return measurement;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

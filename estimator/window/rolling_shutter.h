@@ -5,7 +5,7 @@
 #include "frontend/base/time_up.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Undoes a rolling shutter frame by frame, for a sliding window. The twists are those of a window
 /// of its own, which takes the corners as they are: its poses are those of some row, but their
@@ -22,4 +22,4 @@ class RollingShutterUndo {
   FixedLagSmoother as_seen_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,6 +9,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 struct SlidingWindow::Impl {
   explicit Impl(const EstimatorSetup& setup) : smoother(setup) {
     if (setup.line_time_s != 0) undo.emplace(setup);

@@ -4,7 +4,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 bool StampCheck::ComesTooSoon(int64_t t_ns) {
   constexpr size_t kLatest = 32, kEnough = 3;
@@ -34,4 +34,4 @@ std::optional<std::string> StampCheck::Warning() const {
       too_soon_, too_soon_ == 1 ? "" : "s", ToSeconds(first_ns_));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

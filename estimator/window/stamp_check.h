@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Stamps that cannot be when the frames were taken: no camera takes one in less than an eighth of
 /// its usual interval after the one before; a host that stamps frames as they arrive does. What
@@ -29,4 +29,4 @@ class StampCheck {
   int64_t first_ns_ = 0;  // of those
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -11,7 +11,7 @@
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kSettledNoise = LearnOptions().settled;
@@ -201,4 +201,4 @@ double DoubtOf(const std::vector<WindowHypothesis>& hypotheses) {
   return 1 / (1 + std::exp(hypotheses[1].Cost() - hypotheses[0].Cost()));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

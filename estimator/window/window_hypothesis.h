@@ -8,7 +8,7 @@
 #include "estimator/solve/smoother.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Half a difference of sums of squares that decides between two accounts: exp(-9), one in 8000.
 inline constexpr double kDecidedCost = 9;
@@ -63,4 +63,4 @@ void Prune(std::vector<WindowHypothesis>* hypotheses);
 /// difference of their costs; 0 where there is one alone.
 double DoubtOf(const std::vector<WindowHypothesis>& hypotheses);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "estimator/graph/noise_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Frames of a stretch, and between two: the few that do the work stay below one in a hundred.
@@ -56,4 +56,4 @@ void WindowPower::Finish() {
   finder_.reset();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/result/estimate.h"
 #include "estimator/solve/prior_power.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// PriorPower for a window, of stretches of the frames that left it: over a window alone the
 /// prior cannot be judged. The work on a stretch, some milliseconds, is spread over the frames that
@@ -35,4 +35,4 @@ class WindowPower {
   StateVector scale_ = StateVector::Ones();
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -11,7 +11,7 @@
 #include "estimator/start/mirror.h"
 #include "estimator/window/fixed_lag_smoother.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Attitudes that lie further apart are open: 5 degrees.
@@ -270,4 +270,4 @@ void FixedLagSmoother::Tell(int state, std::vector<FrameEstimate>* out) const {
   for (const Unseen& unseen : seen.after) out->push_back(EstimateOfUnseen(state, unseen));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/window/fixed_lag_smoother.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Weight that a frame's noise statistics keep from one frame to the next: about 300 frames count.
@@ -167,4 +167,4 @@ SolveOptions FixedLagSmoother::StepOptions(const TimeUp& time_up) const {
   return {setup_.options.window_iterations, 1e-6, time_up};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::vector<int> IdsOf(const TagMap& map) {
@@ -96,4 +96,4 @@ void WindowSystematic::AddTo(std::vector<FrameEstimate>* lagged) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -11,7 +11,7 @@
 #include "estimator/systematic/systematic_basis.h"
 #include "estimator/window/window_output.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a frame's own tags say of its pose: their information, and what a unit of each parameter of
 /// a SystematicBasis pushes it by (6 x parameters).
@@ -56,4 +56,4 @@ class WindowSystematic {
   std::deque<PosePush> seen_;  // frames that are not yet told at the lag
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A mistake that a person made in setting up a run, as the run itself tells of it.
 struct Fault {
@@ -9,4 +9,4 @@ struct Fault {
   std::string advice;  // a sentence
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Text as printf makes it, cut at 399 characters. The compiler checks the arguments against the
 /// format.
@@ -17,4 +17,4 @@ namespace tagtwist {
   return text.data();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

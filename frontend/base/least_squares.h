@@ -9,7 +9,7 @@
 #include "frontend/base/quadratic_form.h"
 #include "frontend/base/time_up.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 struct LeastSquaresOptions {
   int max_steps = 30;  // tried, the failed ones included
@@ -131,4 +131,4 @@ LeastSquaresResult<Problem> SolveLeastSquares(Problem& problem, typename Problem
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

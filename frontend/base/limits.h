@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a file may ask for at most. Whatever asks for more is refused before the memory or the time
 /// is spent; recordings that are meant to be larger get Times(factor) of it.
@@ -22,4 +22,4 @@ struct Limits {
   }
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

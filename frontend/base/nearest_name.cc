@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kLongest = 100;  // of a name that anyone means
@@ -61,4 +61,4 @@ std::string DidYouMean(const std::string& typed, const std::vector<std::string>&
   return nearest ? ": did you mean " + prefix + *nearest + "?" : "";
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Letters to insert, delete, replace or exchange with their neighbour that make `a` into `b`.
 size_t EditDistance(const std::string& a, const std::string& b);
@@ -17,4 +17,4 @@ std::optional<std::string> NearestName(const std::string& typed,
 std::string DidYouMean(const std::string& typed, const std::vector<std::string>& names,
                        const std::string& prefix = "");
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int64_t kNanosecondsPerSecond = 1'000'000'000;
@@ -89,4 +89,4 @@ std::string QuoteForMessage(std::string_view text) {
   return out + (text.size() > kLongest ? "...'" : "'");
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Finite number that fills the text (a leading + is allowed); nullopt otherwise.
 std::optional<double> ParseNumber(std::string_view text);
@@ -27,4 +27,4 @@ std::string FormatNumber(double value);
 /// A value quoted for a message: cut to 40 characters, unprintable ones shown as '?'.
 std::string QuoteForMessage(std::string_view text);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <string>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The rule that an option breaks, "key: expected in [0, 1], got 2", or nullopt. NaN breaks every
 /// rule; an infinite `most` stands for no upper limit.
@@ -33,4 +33,4 @@ std::optional<std::string> CheckPositive(const char* key, Number value) {
   return problem.str();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

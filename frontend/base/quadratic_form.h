@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Half a sum of squares about a reference, in the tangent there: at x = reference [+] d it is
 ///   cost + d'(gradient + hessian d / 2).
@@ -49,4 +49,4 @@ struct QuadraticForm {
   }
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

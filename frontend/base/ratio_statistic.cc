@@ -7,6 +7,8 @@
 #include "frontend/base/statistics/chi_square.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 // The standard normal deviate of Student's t.

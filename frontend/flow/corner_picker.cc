@@ -5,7 +5,7 @@
 #include <opencv2/features2d.hpp>
 #include <tuple>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Points on a grid of cells as wide as the least distance, so that only neighbours are asked.
@@ -116,4 +116,4 @@ CornerPick PickCorners(const cv::Mat& image, const std::vector<Eigen::Vector2d>&
   return pick;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

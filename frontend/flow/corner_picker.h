@@ -3,7 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 constexpr int kCornerCellPx = 32;  // of the grid that spreads corners over the image
 
@@ -25,4 +25,4 @@ struct CornerPick {
 CornerPick PickCorners(const cv::Mat& image, const std::vector<Eigen::Vector2d>& taken,
                        const CornerPickOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

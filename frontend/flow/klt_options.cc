@@ -6,6 +6,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 std::optional<std::string> KltOptions::Problem() const {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   for (auto& problem : {CheckRange("max_points", max_points, 0, 100000),

@@ -9,7 +9,7 @@
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/tag_outline.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Homography now_from_last of the tags that both images show; nullopt with fewer than two, or when
@@ -163,4 +163,4 @@ void KltTracker::MarkOnTag(const std::vector<TagDetection>& tags) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

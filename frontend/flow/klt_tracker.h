@@ -8,7 +8,7 @@
 #include "frontend/flow/klt_options.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// FAST corners followed by pyramidal Lucas-Kanade from frame to frame, with a forward-backward
 /// check, each over as many frames as it lasts. Where two frames share two tags or more, their
@@ -40,4 +40,4 @@ class KltTracker {
   int64_t next_id_ = 0;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/types/ray.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Eigen::Matrix<double, 2, 6> InteractionMatrix(const Eigen::Vector2d& point, double depth_m) {
   const double x = point.x(), y = point.y(), iz = 1 / depth_m;
@@ -66,4 +66,4 @@ Twist LowPass(const Twist& past, const Twist& now, double alpha) {
           alpha * past.omega_body + (1 - alpha) * now.omega_body};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

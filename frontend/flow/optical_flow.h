@@ -6,7 +6,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Twist of cam relative to W, expressed in cam: [v(3) m/s; omega(3) rad/s].
 using CameraTwist = Eigen::Matrix<double, 6, 1>;
@@ -42,4 +42,4 @@ Twist BodyTwist(const CameraTwist& twist_of_cam_in_cam, const Pose& cam_from_bod
 /// Seed Eq. 12, entry by entry: alpha * past + (1 - alpha) * now.
 Twist LowPass(const Twist& past, const Twist& now, double alpha);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

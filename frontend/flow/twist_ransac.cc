@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kSampleSize = 3;
@@ -75,4 +75,4 @@ TwistRansacResult EstimateTwistRansac(const std::vector<FlowPoint>& flow,
   return result;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

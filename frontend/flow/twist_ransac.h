@@ -5,7 +5,7 @@
 
 #include "frontend/flow/optical_flow.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 struct TwistRansacOptions {
   double threshold = 1.0;       // |A xi - flow| of an inlier [1/s], > 0
@@ -34,4 +34,4 @@ int RansacIterations(double success, double inlier_ratio, int sample_size);
 TwistRansacResult EstimateTwistRansac(const std::vector<FlowPoint>& flow,
                                       const TwistRansacOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/geometry/pose_refine.h"
 #include "frontend/types/tag_planes.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // What all candidates are judged by.
@@ -281,4 +281,4 @@ std::optional<Pose> MirroredPose(const std::vector<TagDetection>& tags, const Ta
          cam_from_body;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 struct FramePoseOptions {
   double agree_px = 4.0;        // a tag agrees when its worst corner is predicted to this [px], > 0
@@ -48,4 +48,4 @@ FramePose FindFramePose(const std::vector<TagDetection>& tags, const TagMap& map
 std::optional<Pose> MirroredPose(const std::vector<TagDetection>& tags, const TagMap& map,
                                  const Pose& cam_from_body, const Pose& world_from_body);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

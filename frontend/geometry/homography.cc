@@ -5,7 +5,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Similarity that moves the points to centroid 0 and mean distance sqrt(2).
@@ -123,4 +123,4 @@ std::optional<Pose> PoseFromTags(const std::vector<TagDetection>& tags, const Ta
   return world_from_plane * Inverse(*cam_from_plane);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

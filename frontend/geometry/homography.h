@@ -7,7 +7,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Homography b_from_a (3x3, unit Frobenius norm, sign free) by DLT: the right singular vector of
 /// the smallest singular value of the 2n x 9 matrix of seed Eq. 2. With `normalise`, both point
@@ -42,4 +42,4 @@ std::optional<Pose> PoseFromTags(const std::vector<TagDetection>& tags, const Ta
                                  const Pose& world_from_plane, const Camera& camera,
                                  const HomographyPoseOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/base/least_squares.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // For SolveLeastSquares: the points' reprojection, in Pose's tangent of cam_from_world.
@@ -64,4 +64,4 @@ RefinedPose RefinePose(const Pose& cam_from_world, const std::vector<PointInImag
   return {found.x, 2 * found.cost};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

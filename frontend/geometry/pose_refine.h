@@ -5,7 +5,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A known point and the pixel that it was seen at.
 struct PointInImage {
@@ -24,4 +24,4 @@ struct RefinedPose {
 RefinedPose RefinePose(const Pose& cam_from_world, const std::vector<PointInImage>& points,
                        const Camera& camera);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/pose_refine.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Quad = std::array<Eigen::Vector2d, 4>;
@@ -128,4 +128,4 @@ std::optional<double> ApproximateSquareMisfitPx(const Quad& corners, const Camer
                                 : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/types/camera.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How four corners run in the image, rows counted downwards. A tag seen from its front, by
 /// whatever camera and lens, has p1..p4 anticlockwise.
@@ -30,4 +30,4 @@ std::optional<double> SquareMisfitPx(const std::array<Eigen::Vector2d, 4>& corne
 std::optional<double> ApproximateSquareMisfitPx(const std::array<Eigen::Vector2d, 4>& corners,
                                                 const Camera& camera);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

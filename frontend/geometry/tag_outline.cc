@@ -2,7 +2,7 @@
 
 #include "frontend/geometry/cross.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::array<Eigen::Vector2d, 4> GrownOutline(const TagDetection& tag, double margin_of_side) {
   const auto& c = tag.corners;
@@ -32,4 +32,4 @@ const TagDetection* TagUnder(const Eigen::Vector2d& pixel, const std::vector<Tag
   return nullptr;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

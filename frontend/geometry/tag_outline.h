@@ -5,7 +5,7 @@
 
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The white cell around a tag36h11, with half a cell to spare, as a fraction of the tag's side of
 /// eight cells.
@@ -22,4 +22,4 @@ bool IsInside(const Eigen::Vector2d& pixel, const std::array<Eigen::Vector2d, 4>
 const TagDetection* TagUnder(const Eigen::Vector2d& pixel, const std::vector<TagDetection>& tags,
                              double margin_of_side);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

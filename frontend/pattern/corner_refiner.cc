@@ -12,7 +12,7 @@
 #include "frontend/pattern/pattern_search.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kMostMovePx = 1.0;
@@ -293,4 +293,4 @@ RefinedTags CornerRefiner::RefineAll(const cv::Mat& gray,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -16,7 +16,7 @@ namespace cv {
 class Mat;
 }
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Corners from the whole pattern of a tag.
 struct RefinedTag {
@@ -72,4 +72,4 @@ class CornerRefiner {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

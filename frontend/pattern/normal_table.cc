@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 NormalTable::NormalTable() {
   const int last = static_cast<int>(2 * kReach * kPerUnit);
@@ -14,4 +14,4 @@ NormalTable::NormalTable() {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

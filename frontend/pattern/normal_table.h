@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The standard normal distribution cut off at +-kReach (0.1 % of it lies beyond) and scaled to a
 /// total of 1, by table, for loops over pixels: errors below 1e-8.
@@ -32,4 +32,4 @@ class NormalTable {
   std::vector<Value> values_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

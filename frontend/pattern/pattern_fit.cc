@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kLeastPixels = 60;
@@ -144,4 +144,4 @@ std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTabl
   return std::nullopt;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

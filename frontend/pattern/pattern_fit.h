@@ -6,7 +6,7 @@
 #include "frontend/pattern/pattern_state.h"
 #include "frontend/pattern/pattern_sums.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Where a fit starts.
 struct PatternStart {
@@ -36,4 +36,4 @@ struct PatternFit {
 std::optional<PatternFit> FitPattern(const PatternModel& model, const NormalTable& normal,
                                      const PatternPixels& pixels, const PatternStart& start);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

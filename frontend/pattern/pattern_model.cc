@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kMostEdges = 12;
@@ -112,4 +112,4 @@ PatternSample<double> PatternModel::At(double u, double v, const CellBlur& blur,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/pattern/normal_table.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Covariance of a blur over the tag [cells^2].
 struct CellBlur {
@@ -54,4 +54,4 @@ class PatternModel {
   std::vector<std::array<float, 9>> around_;  // of each cell, row by row
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/pattern/pattern_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kPixels = 250;  // are enough
@@ -96,4 +96,4 @@ PatternMatch SearchPattern(const cv::Mat& gray, const PatternModel& model,
   return best;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

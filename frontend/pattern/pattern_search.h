@@ -9,7 +9,7 @@ namespace cv {
 class Mat;
 }
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A pixel of the image, and where it is without the lens's distortion.
 struct PatternPlace {
@@ -36,4 +36,4 @@ std::vector<PatternPlace> ThinPlaces(const PatternModel& model,
                                      const std::array<Eigen::Vector2d, 4>& corners,
                                      const std::vector<PatternPlace>& places, double reach_px);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

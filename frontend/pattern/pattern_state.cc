@@ -7,7 +7,7 @@
 
 #include "frontend/pattern/pattern_view.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kLeastBlurPx2 = 1.0 / 12;  // a pixel's own square
@@ -93,4 +93,4 @@ PatternState Move(const PatternState& state, const PatternVector& step) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/pattern/pattern_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What makes the picture of one tag. A pixel p = (x, y) sees
 ///   illumination * (black + gain * B(h t; h^2 J S J')),   t = tag_from_pixel(p),  J = dt/dp,
@@ -51,4 +51,4 @@ double PredictGrey(const PatternModel& model, const PatternState& state, const N
 /// one's.
 PatternState Move(const PatternState& state, const PatternVector& step);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/pattern/pattern_view.h"
 #include "frontend/pattern/row_products.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kChunk = RowProducts::kChunk;  // pixels that are worked on together
@@ -266,4 +266,4 @@ PatternSums SumPattern(const PatternModel& model, const NormalTable& normal,
   return pass.Finish();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 
 #include "frontend/pattern/pattern_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Pixels of a tag's surroundings, in the order of the image's rows.
 struct PatternPixels {
@@ -43,4 +43,4 @@ PatternSums SumPattern(const PatternModel& model, const NormalTable& normal,
                        const PatternPixels& pixels, const PatternState& state, double reach_grey,
                        size_t stride);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 
 #include "frontend/pattern/pattern_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How a pixel sees a tag, by the model of PatternState. S: a number, or an Eigen array of them for
 /// as many pixels; T: its scalar.
@@ -71,4 +71,4 @@ void PatternDerivatives(const PatternView<S>& view, const PatternSample<S>& samp
   out(15) = reflected * (light.x * light.x + light.y * light.y);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

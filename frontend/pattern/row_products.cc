@@ -1,6 +1,6 @@
 #include "frontend/pattern/row_products.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 RowProducts::RowProducts() {
   for (auto& row : products_) row.fill(Quad::Zero());
@@ -51,4 +51,4 @@ void RowProducts::Finish(Eigen::Matrix<double, kPatternUnknowns, kPatternUnknown
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

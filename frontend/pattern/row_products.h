@@ -4,7 +4,7 @@
 
 #include "frontend/pattern/pattern_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The sums of a normal matrix over rows of kPatternUnknowns entries, a chunk of rows at a time, in
 /// single precision.
@@ -30,4 +30,4 @@ class RowProducts {
   std::array<Quad, kPatternUnknowns> gradient_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Distance of a tag to the nearest one beside it, printed the same way up; infinite without one.
@@ -54,4 +54,4 @@ std::vector<Patch> MakeBoardSquares(const TagMap& map, double ink_grey) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The vertical pass: one row of sums, `per_pixel + 2 reach` sample rows weighted, columns kept.
@@ -70,4 +70,4 @@ std::vector<float> MakeGain(const Camera& camera, double vignetting, double grad
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

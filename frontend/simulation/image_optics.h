@@ -3,7 +3,7 @@
 
 #include "frontend/simulation/rasteriser.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Weights by which the samples around a pixel make its value: the pixel's own square and a
 /// Gaussian of standard deviation blur_px. The first weight belongs to the sample `reach` samples
@@ -25,4 +25,4 @@ std::vector<float> Downsample(const SampleGrid& grid, const std::vector<float>& 
 std::vector<float> MakeGain(const Camera& camera, double vignetting, double gradient,
                             double gradient_direction_rad);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

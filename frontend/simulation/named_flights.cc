@@ -7,6 +7,8 @@
 #include "frontend/base/units.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 constexpr double kGravity = 9.81;      // [m/s^2]

@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // What is nearer by less than this share of its depth counts as lying in the same plane.
@@ -250,4 +250,4 @@ void PaintPatch(const SampleGrid& grid, const Pose& cam_from_world, const Patch&
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/simulation/scene.h"
 #include "frontend/types/camera.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Rays of a supersampled image: `per_pixel` x `per_pixel` samples a pixel, spread evenly over its
 /// square (pixel centres at integers), over the image and `padding_px` pixels around it.
@@ -40,4 +40,4 @@ struct PaintGreys {
 void PaintPatch(const SampleGrid& grid, const Pose& cam_from_world, const Patch& patch,
                 const PaintGreys& greys, SampleImage* image);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

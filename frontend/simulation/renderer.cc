@@ -6,7 +6,7 @@
 
 #include "frontend/base/statistics/random_stream.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr uint64_t kNoisePurpose = 3;  // of the random stream
@@ -116,4 +116,4 @@ cv::Mat Renderer::Render(const std::vector<Pose>& world_from_cam, double t_s, ui
   return Expose(greys, frame_index);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/simulation/renderer_options.h"
 #include "frontend/simulation/scene.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Draws what the camera sees of a scene. Immutable: Render may be called from several threads, and
 /// its bytes depend on its arguments and the options alone.
@@ -41,4 +41,4 @@ class Renderer {
   std::vector<float> gain_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

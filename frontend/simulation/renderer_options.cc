@@ -6,6 +6,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 std::optional<std::string> SceneOptions::Problem() const {
   const double inf = std::numeric_limits<double>::infinity();
   for (const auto& problem :

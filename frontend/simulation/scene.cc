@@ -14,7 +14,7 @@
 #include "frontend/simulation/wall_sheets.h"
 #include "frontend/types/tag_planes.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr uint64_t kOccluderPurpose = 2;  // of the random stream
@@ -110,4 +110,4 @@ std::vector<Patch> Scene::OccludersAt(double t_s) const {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

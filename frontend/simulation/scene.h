@@ -8,7 +8,7 @@
 #include "frontend/types/tag_family.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The world that the renderer draws. Immutable; tags and occluders in the order of the map.
 class Scene {
@@ -40,4 +40,4 @@ class Scene {
   bool all_tags_on_floor_ = false;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

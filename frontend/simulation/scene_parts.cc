@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 // The point on the ray to `point`, p = camera + s (point - camera), lies on the patch's plane at
 // s = 1 / w with [u v 1]' / s = [half_u half_v centre - camera]^-1 (point - camera) =: [a b w]'.
@@ -19,4 +19,4 @@ bool Hides(const Patch& patch, const Eigen::Vector3d& camera_in_world,
   return std::abs(u) <= 1 && std::abs(v) <= 1;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/simulation/renderer_options.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A flat patch: the points centre + u half_u + v half_v with |u|, |v| <= 1 (rectangle) or
 /// u^2 + v^2 <= 1 (ellipse), in W [m].
@@ -31,4 +31,4 @@ struct WallSheet {
 bool Hides(const Patch& patch, const Eigen::Vector3d& camera_in_world,
            const Eigen::Vector3d& point_in_world);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/statistics/random_stream.h"
 #include "frontend/base/units.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr uint64_t kPurpose = 1;  // of the random stream
@@ -104,4 +104,4 @@ std::vector<Patch> MakeScribbles(const Eigen::Vector2d& low, const Eigen::Vector
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/simulation/scene_parts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Papers that come closer to a plane keep it clean [m].
 constexpr double kNearFloorM = 0.02;
@@ -15,4 +15,4 @@ std::vector<Patch> MakeScribbles(const Eigen::Vector2d& low, const Eigen::Vector
                                  const std::vector<Patch>& papers, const SceneOptions& options,
                                  uint64_t plane = 0);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

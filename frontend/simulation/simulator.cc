@@ -13,6 +13,8 @@
 #include "frontend/simulation/renderer.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 constexpr uint64_t kDetectionPurpose = 4, kImuPurpose = 5, kStampPurpose = 6;  // random streams

@@ -8,6 +8,8 @@
 #include "frontend/base/option_check.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 constexpr int kOrder = 6;  // control points under one segment of a quintic spline

@@ -6,7 +6,7 @@
 #include "frontend/simulation/scribble.h"
 #include "frontend/types/tag_planes.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Patch Moved(const Pose& b_from_a, const Patch& patch) {
@@ -63,4 +63,4 @@ std::vector<WallSheet> MakeWallSheets(const TagMap& map, const std::vector<Patch
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include "frontend/simulation/scene_parts.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A sheet for each plane of the map's tags that is not the floor (or of all
 /// where there is none): the box of its tags' corners, a
@@ -12,4 +12,4 @@ namespace tagtwist {
 std::vector<WallSheet> MakeWallSheets(const TagMap& map, const std::vector<Patch>& papers,
                                       const SceneOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/geometry/tag_outline.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 RefinedTags WithoutCutTags(RefinedTags refined, const Eigen::AlignedBox2d& searched) {
   const auto is_cut = [&](const TagDetection& tag) {
@@ -22,4 +22,4 @@ Eigen::AlignedBox2d ImageBox(const cv::Mat& image) {
   return {Eigen::Vector2d::Zero(), Eigen::Vector2d(image.cols - 1, image.rows - 1)};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

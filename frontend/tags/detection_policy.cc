@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kFramesPerPart = 5;
@@ -37,4 +37,4 @@ Eigen::AlignedBox2d DetectionPolicy::TakePart() {
   return {low, low + Eigen::Vector2d(kWidth, kHeight)};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// When guided detection is not enough. Frame after frame: where the guided detector was asked,
 /// AfterGuided says whether its tags will do; where it was not, or they will not, the whole image
@@ -29,4 +29,4 @@ class DetectionPolicy {
   int part_ = 0;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include "frontend/tags/cut_tags.h"
 #include "frontend/tags/tag_completion.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detector,
                                    const CornerRefiner& refiner, const TagMap& map,
@@ -15,4 +15,4 @@ std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detec
                       WithoutCutTags(refiner.RefineAll(gray, tags), ImageBox(gray)));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,11 +9,11 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What TagFinder does, with parts at hand: several threads may share the refiner.
 std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detector,
                                    const CornerRefiner& refiner, const TagMap& map,
                                    const Camera& camera, const TagDetectorOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kSigmas = 3;         // a corner is looked for within so many
@@ -181,4 +181,4 @@ GuidedTags GuidedDetector::Find(const cv::Mat& gray, const CornerRefiner& refine
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

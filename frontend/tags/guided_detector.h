@@ -11,7 +11,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Where the body is expected to be when an image is taken.
 struct PosePrediction {
@@ -66,4 +66,4 @@ class GuidedDetector {
   std::unordered_map<int, PatternLook> looks_;  // by id, of the last image
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

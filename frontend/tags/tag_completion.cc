@@ -10,7 +10,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/tags/guided_detector.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
@@ -83,4 +83,4 @@ std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner&
   return Merged(std::move(fresh), detected);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

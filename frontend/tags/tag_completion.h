@@ -7,7 +7,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Detected and refined tags of one image, and those of the map that the detector missed: the pose
 /// that most of the tags agree on (of several that they leave open, the one that shows most others)
@@ -18,4 +18,4 @@ std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner&
                                        const TagMap& map, const Camera& camera, double border_px,
                                        const RefinedTags& detected);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -15,6 +15,8 @@ extern "C" {
 }
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 constexpr double kMinSidePx = 16;  // libapriltag reads outside of images with less than one tile

@@ -8,6 +8,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 struct TagFinder::Impl {
   SetUp set_up;
   TagDetectorOptions options;

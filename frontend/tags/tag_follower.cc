@@ -9,7 +9,7 @@
 #include "frontend/tags/find_tags.h"
 #include "frontend/tags/tag_completion.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kEnoughTags = 4;  // to guide to all others in the next image
@@ -105,4 +105,4 @@ std::vector<TagDetection> TagFollower::SearchPart(const cv::Mat& gray,
   return FilterTags(fresh, map_, camera_, border_px_);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

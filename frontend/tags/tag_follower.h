@@ -12,7 +12,7 @@
 #include "frontend/types/rig.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The usable tags of one image after another, refined: where a prediction guides there, and by
 /// searching the image where DetectionPolicy says so.
@@ -47,4 +47,4 @@ class TagFollower {
   bool was_cut_short_ = false;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,6 +8,8 @@
 #include "frontend/base/number_text.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 constexpr double kMinDepthM = 1e-3;

@@ -6,7 +6,7 @@
 
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Normalised estimation error squared, e' P^-1 e (Bar-Shalom, Li and Kirubarajan: Estimation with
 /// Applications to Tracking and Navigation, 2001), of parts of the error state: each part is three
@@ -38,4 +38,4 @@ constexpr std::array<int, 4> kWholeState = {0, 3, 6, 9};
 constexpr std::array<int, 2> kPoseEntries = {0, 3}, kTwistEntries = {6, 9};
 constexpr std::array<int, 1> kPositionEntries = {3};
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A half line: the points origin + distance * direction, distance > 0 and counted in lengths of
 /// the direction, which need not be one.
@@ -18,4 +18,4 @@ inline double DistanceToPlane(const Ray& ray, const Eigen::Vector3d& normal, dou
   return (offset - normal.dot(ray.origin)) / normal.dot(ray.direction);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -15,7 +15,7 @@ extern "C" {
 #include <apriltag/tagStandard52h13.h>
 }
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 struct FamilyMaker {
@@ -143,4 +143,4 @@ Result<std::vector<TagPattern>> MakeTagPatterns(const std::string& family_name,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

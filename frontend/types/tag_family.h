@@ -10,7 +10,7 @@
 
 struct apriltag_family;  // libapriltag's apriltag_family_t
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 using TagFamilyPointer = std::unique_ptr<apriltag_family, std::function<void(apriltag_family*)>>;
 
@@ -43,4 +43,4 @@ struct TagPattern {
 Result<std::vector<TagPattern>> MakeTagPatterns(const std::string& family,
                                                 const std::vector<int>& ids);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

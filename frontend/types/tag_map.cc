@@ -6,6 +6,8 @@
 #include "frontend/base/number_text.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 // Why a tag's side cannot be that, without the name of the value.

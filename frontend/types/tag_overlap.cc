@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kForgiven = 0.01;       // of a side
@@ -62,4 +62,4 @@ std::optional<std::pair<int, int>> FindOverlap(const TagMap& map) {
   return std::nullopt;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kOnPlaneM = 2e-3;
@@ -62,4 +62,4 @@ size_t MainPlane(const TagPlanes& planes, const std::vector<TagDetection>& tags)
   return static_cast<size_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The planes that a map's tags lie on. Plane frame: z = 0 is the plane, z out of the paper. For
 /// tags on the world's z = 0 it is W itself, so that the closed form works in the seed's numbers.
@@ -28,4 +28,4 @@ std::vector<Eigen::AlignedBox2d> TagRegions(const TagPlanes& planes, const std::
 /// must not be empty.
 size_t MainPlane(const TagPlanes& planes, const std::vector<TagDetection>& tags);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,5 +1,6 @@
 # Public headers (cmake/public_headers.cmake) are there, include public ones alone, and none shows a type of the packages
-# that are no part of the interface. Run with -DROOT=<source tree>. Every fault is told.
+# that are no part of the interface. They alone declare in namespace tagtwist, which their sources open too; all else is
+# in tagtwist::internal. Run with -DROOT=<source tree>. Every fault is told.
 cmake_minimum_required(VERSION 3.23)
 include(${ROOT}/cmake/public_headers.cmake)
 set(faults)
@@ -16,6 +17,27 @@ foreach(header ${TAGTWIST_PUBLIC_HEADERS})
     elseif(name MATCHES "^(ceres|nlohmann|yaml-cpp|apriltag|gflags|glog)/|^(matio|hdf5|zlib|tinyxml2)[.]h$")
       string(APPEND faults "  ${header}: includes ${name}, which is no part of the interface\n")
     endif()
+  endforeach()
+endforeach()
+set(of_data_source frontend/io/recordings/open_data_source.cc frontend/io/recordings/camera_source.cc)
+foreach(top frontend residuals estimator apps bench tests)
+  file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/${top}/*.h ${ROOT}/${top}/*.cc)
+  list(FILTER files EXCLUDE REGEX "^tests/installed/")  # of users
+  foreach(file IN LISTS files)
+    string(REGEX REPLACE "[.]cc$" ".h" header ${file})
+    file(STRINGS ${ROOT}/${file} opened REGEX "^namespace tagtwist")
+    if(file IN_LIST TAGTWIST_PUBLIC_HEADERS)
+      set(allowed "^namespace tagtwist(::internal)? {$")  # the latter for declarations ahead
+    elseif(header IN_LIST TAGTWIST_PUBLIC_HEADERS OR file IN_LIST of_data_source)
+      set(allowed "^namespace tagtwist {$")
+    else()
+      set(allowed "^namespace tagtwist::internal(::[a-z0-9_]+)? {$")
+    endif()
+    foreach(line IN LISTS opened)
+      if(NOT line MATCHES "${allowed}")
+        string(APPEND faults "  ${file}: opens ${line}, expected ${allowed}\n")
+      endif()
+    endforeach()
   endforeach()
 endforeach()
 if(faults)

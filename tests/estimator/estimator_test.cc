@@ -7,7 +7,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/window_run.h"
 
-namespace tagtwist::estimator_test {
+namespace tagtwist::internal::estimator_test {
 namespace {
 
 double Nees(const FrameEstimate& estimate, const BodyState& truth) {
@@ -145,4 +145,4 @@ TEST_P(ExactModel, NoiseIsLearnedFromTheData) {
 }
 
 }  // namespace
-}  // namespace tagtwist::estimator_test
+}  // namespace tagtwist::internal::estimator_test

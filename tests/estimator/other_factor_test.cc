@@ -10,7 +10,7 @@
 #include "estimator/window/window_hypothesis.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::other_factor_test {
+namespace tagtwist::internal::other_factor_test {
 namespace {
 
 constexpr double kSigmaM = 2e-4;  // far better than the tags
@@ -170,4 +170,4 @@ TEST(OtherFactor, IsInTheWindowAndInWhatLeavesIt) {
 }
 
 }  // namespace
-}  // namespace tagtwist::other_factor_test
+}  // namespace tagtwist::internal::other_factor_test

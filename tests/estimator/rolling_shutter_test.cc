@@ -7,7 +7,7 @@
 #include "estimator/window/sliding_window.h"
 #include "tests/support/flights/calibration_flight.h"
 
-namespace tagtwist::rolling_shutter_test {
+namespace tagtwist::internal::rolling_shutter_test {
 namespace {
 
 constexpr double kLineTimeS = 6e-5;  // 14 ms an image
@@ -101,4 +101,4 @@ TEST(RollingShutter, StandingStillOrWithoutOneNothingMoves) {
 }
 
 }  // namespace
-}  // namespace tagtwist::rolling_shutter_test
+}  // namespace tagtwist::internal::rolling_shutter_test

@@ -11,7 +11,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::shake_test {
+namespace tagtwist::internal::shake_test {
 namespace {
 
 constexpr double kIntervalS = 0.02, kShakeFromS = 0.5, kShakeToS = 0.82, kRampS = 0.04;
@@ -92,4 +92,4 @@ TEST(Shake, LostFramesAreMarkedAndTrackingIsBackWithinThreeSharpOnes) {
 }
 
 }  // namespace
-}  // namespace tagtwist::shake_test
+}  // namespace tagtwist::internal::shake_test

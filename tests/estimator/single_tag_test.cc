@@ -11,7 +11,7 @@
 #include "tests/support/flights/tag_scene.h"
 #include "tests/support/flights/window_run.h"
 
-namespace tagtwist::single_tag_test {
+namespace tagtwist::internal::single_tag_test {
 namespace {
 
 constexpr int kTag = 54;
@@ -85,4 +85,4 @@ TEST(SingleTag, BatchKeepsTheRightMinimum) {
 }
 
 }  // namespace
-}  // namespace tagtwist::single_tag_test
+}  // namespace tagtwist::internal::single_tag_test

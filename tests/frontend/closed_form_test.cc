@@ -6,7 +6,7 @@
 
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::closed_form_test {
+namespace tagtwist::internal::closed_form_test {
 namespace {
 
 constexpr double kDtS = 0.02;
@@ -201,4 +201,4 @@ TEST(ClosedFormOptions, NamesTheBrokenRule) {
 }
 
 }  // namespace
-}  // namespace tagtwist::closed_form_test
+}  // namespace tagtwist::internal::closed_form_test

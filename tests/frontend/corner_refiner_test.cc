@@ -12,7 +12,7 @@
 #include "frontend/tags/find_tags.h"
 #include "tests/support/flights/corner_flight.h"
 
-namespace tagtwist::corner_refiner_test {
+namespace tagtwist::internal::corner_refiner_test {
 namespace {
 
 Corners TrueCorners(const SimulatedFrame& frame, const Camera& camera, int id) {
@@ -164,4 +164,4 @@ TEST(CornerRefiner, AnEquidistantCameraIsRefinedToItsBorder) {
 }
 
 }  // namespace
-}  // namespace tagtwist::corner_refiner_test
+}  // namespace tagtwist::internal::corner_refiner_test

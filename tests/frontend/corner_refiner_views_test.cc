@@ -8,7 +8,7 @@
 #include "frontend/pattern/corner_refiner.h"
 #include "tests/support/flights/corner_flight.h"
 
-namespace tagtwist::corner_refiner_views_test {
+namespace tagtwist::internal::corner_refiner_views_test {
 namespace {
 
 // A frame's tags well inside of the image, with their true corners.
@@ -144,4 +144,4 @@ TEST(CornerRefinerViews, AllTagsKeepTheirPlacesAndGetACovariance) {
 }
 
 }  // namespace
-}  // namespace tagtwist::corner_refiner_views_test
+}  // namespace tagtwist::internal::corner_refiner_views_test

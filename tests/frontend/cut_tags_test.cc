@@ -6,7 +6,7 @@
 #include "frontend/tags/find_tags.h"
 #include "tests/support/flights/corner_flight.h"
 
-namespace tagtwist::cut_tags_test {
+namespace tagtwist::internal::cut_tags_test {
 namespace {
 
 constexpr double kFiveSigma = 28.7;  // squared, of two degrees of freedom
@@ -128,4 +128,4 @@ TEST(CutTags, AtTheImagesBorderTilted) {
 }
 
 }  // namespace
-}  // namespace tagtwist::cut_tags_test
+}  // namespace tagtwist::internal::cut_tags_test

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace tagtwist::detection_policy_test {
+namespace tagtwist::internal::detection_policy_test {
 namespace {
 
 TEST(DetectionPolicy, LostWhereNoneOrFewerThanHalfAreFound) {
@@ -70,4 +70,4 @@ TEST(DetectionPolicy, AFullSearchPutsThePartsOff) {
 }
 
 }  // namespace
-}  // namespace tagtwist::detection_policy_test
+}  // namespace tagtwist::internal::detection_policy_test

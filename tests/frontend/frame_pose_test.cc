@@ -4,7 +4,7 @@
 
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::frame_pose_test {
+namespace tagtwist::internal::frame_pose_test {
 namespace {
 
 const TagMap& Mat() {
@@ -188,4 +188,4 @@ TEST(FramePose, SaysWhenThereIsNothingToUse) {
 }
 
 }  // namespace
-}  // namespace tagtwist::frame_pose_test
+}  // namespace tagtwist::internal::frame_pose_test

@@ -7,7 +7,7 @@
 #include "frontend/tags/find_tags.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::front_end_test {
+namespace tagtwist::internal::front_end_test {
 namespace {
 
 TagDetection TagAt(int id, double x, double y, double side = 20) {
@@ -66,4 +66,4 @@ TEST(FrontEnd, ProcessIsTrackThenSeed) {
 }
 
 }  // namespace
-}  // namespace tagtwist::front_end_test
+}  // namespace tagtwist::internal::front_end_test

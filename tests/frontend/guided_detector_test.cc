@@ -9,7 +9,7 @@
 
 #include "tests/support/flights/flight_scene.h"
 
-namespace tagtwist::guided_detector_test {
+namespace tagtwist::internal::guided_detector_test {
 namespace {
 
 constexpr double kBorderPx = 4;
@@ -201,4 +201,4 @@ TEST(GuidedDetector, NothingIsFoundInEmptyImages) {
 }
 
 }  // namespace
-}  // namespace tagtwist::guided_detector_test
+}  // namespace tagtwist::internal::guided_detector_test

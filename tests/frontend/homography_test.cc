@@ -5,7 +5,7 @@
 #include "frontend/types/tag_planes.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::homography_test {
+namespace tagtwist::internal::homography_test {
 namespace {
 
 const std::vector<Eigen::Vector2d> kSquare = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -150,4 +150,4 @@ TEST(FindTagPlanes, ABentTagIsOnThePlaneThatItIsBentAbout) {
 }
 
 }  // namespace
-}  // namespace tagtwist::homography_test
+}  // namespace tagtwist::internal::homography_test

@@ -4,7 +4,7 @@
 
 #include "frontend/flow/klt_tracker.h"
 
-namespace tagtwist::klt_options_test {
+namespace tagtwist::internal::klt_options_test {
 namespace {
 
 TEST(KltOptions, NamesTheBrokenRule) {
@@ -22,4 +22,4 @@ TEST(KltOptions, NamesTheBrokenRule) {
 }
 
 }  // namespace
-}  // namespace tagtwist::klt_options_test
+}  // namespace tagtwist::internal::klt_options_test

@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-namespace tagtwist::klt_tracker_test {
+namespace tagtwist::internal::klt_tracker_test {
 namespace {
 
 // Smooth random texture, the same at any size.
@@ -289,4 +289,4 @@ TEST(KltTracker, TracksBeginInTheImageBeforeTheOneWithoutEnoughTags) {
 }
 
 }  // namespace
-}  // namespace tagtwist::klt_tracker_test
+}  // namespace tagtwist::internal::klt_tracker_test

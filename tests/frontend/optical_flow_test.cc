@@ -4,7 +4,7 @@
 
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::optical_flow_test {
+namespace tagtwist::internal::optical_flow_test {
 namespace {
 
 CameraTwist MakeTwist(double vx, double vy, double vz, double wx, double wy, double wz) {
@@ -112,4 +112,4 @@ TEST(LowPass, StepResponseIsGeometric) {
 }
 
 }  // namespace
-}  // namespace tagtwist::optical_flow_test
+}  // namespace tagtwist::internal::optical_flow_test

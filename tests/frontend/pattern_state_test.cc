@@ -9,7 +9,7 @@
 #include "frontend/pattern/pattern_sums.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist::pattern_state_test {
+namespace tagtwist::internal::pattern_state_test {
 namespace {
 
 using Corners = std::array<Eigen::Vector2d, 4>;
@@ -132,4 +132,4 @@ TEST(PatternState, AQuadThatIsNoneHasNoHomography) {
 }
 
 }  // namespace
-}  // namespace tagtwist::pattern_state_test
+}  // namespace tagtwist::internal::pattern_state_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/flights/flight_scene.h"
 
-namespace tagtwist::tag_completion_test {
+namespace tagtwist::internal::tag_completion_test {
 namespace {
 
 constexpr double kBorderPx = 1.5;
@@ -104,4 +104,4 @@ TEST_F(TagCompletion, NothingComesOfNothing) {
 }
 
 }  // namespace
-}  // namespace tagtwist::tag_completion_test
+}  // namespace tagtwist::internal::tag_completion_test

@@ -6,7 +6,7 @@
 
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist::tag_detector_test {
+namespace tagtwist::internal::tag_detector_test {
 namespace {
 
 TagDetector MakeDetector(const std::string& family = "tag36h11") {
@@ -164,4 +164,4 @@ TEST(TagDetector, ReadsPartsOfImages) {
 }
 
 }  // namespace
-}  // namespace tagtwist::tag_detector_test
+}  // namespace tagtwist::internal::tag_detector_test

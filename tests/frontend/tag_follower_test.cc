@@ -10,7 +10,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/flight_scene.h"
 
-namespace tagtwist::tag_follower_test {
+namespace tagtwist::internal::tag_follower_test {
 namespace {
 
 constexpr double kIntervalS = 0.02;
@@ -172,4 +172,4 @@ TEST(TagFollower, ATimeThatSufficesChangesNothing) {
 }
 
 }  // namespace
-}  // namespace tagtwist::tag_follower_test
+}  // namespace tagtwist::internal::tag_follower_test

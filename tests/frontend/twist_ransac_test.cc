@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace tagtwist::twist_ransac_test {
+namespace tagtwist::internal::twist_ransac_test {
 namespace {
 
 struct Scene {
@@ -119,4 +119,4 @@ TEST(EstimateTwistRansac, SaysWhyThereIsNoTwist) {
 }
 
 }  // namespace
-}  // namespace tagtwist::twist_ransac_test
+}  // namespace tagtwist::internal::twist_ransac_test

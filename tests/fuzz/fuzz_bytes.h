@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Numbers off the front of bytes; zeros where there are no more.
 class FuzzBytes {
@@ -33,4 +33,4 @@ class FuzzBytes {
   size_t at_ = 0;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -13,7 +13,7 @@
 #include "tests/fuzz/fuzz_bytes.h"
 #include "tests/fuzz/fuzz_target.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 const SetUp& CourseSetUpOnce() {
@@ -196,4 +196,4 @@ std::vector<FuzzSeed> EstimatorSeeds() {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -63,4 +63,4 @@ void WriteTree(const FuzzTree& tree, const std::string& folder) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

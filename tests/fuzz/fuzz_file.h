@@ -6,7 +6,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Bytes as a file, as long as this lives.
 class FuzzFile {
@@ -26,4 +26,4 @@ FuzzTree UnpackTree(const std::string& bytes);
 FuzzTree ReadTree(const std::string& folder);
 void WriteTree(const FuzzTree& tree, const std::string& folder);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "tests/fuzz/fuzz_bytes.h"
 #include "tests/fuzz/fuzz_target.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 bool PromiseGray(const Result<cv::Mat>& image) {
@@ -66,4 +66,4 @@ bool FuzzMessage(const std::string& bytes) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -13,7 +13,7 @@
 
 namespace {
 
-const tagtwist::FuzzTarget* g_target = nullptr;
+const tagtwist::internal::FuzzTarget* g_target = nullptr;
 
 std::string FlagOf(int argc, char** argv, const std::string& name) {
   for (int i = 1; i < argc; ++i) {
@@ -26,10 +26,11 @@ std::string FlagOf(int argc, char** argv, const std::string& name) {
 }  // namespace
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
-  g_target = tagtwist::FindFuzzTarget(FlagOf(*argc, *argv, "target"));
+  g_target = tagtwist::internal::FindFuzzTarget(FlagOf(*argc, *argv, "target"));
   if (g_target == nullptr) {
     std::fprintf(stderr, "--target=NAME: expected one of");
-    for (const auto& target : tagtwist::FuzzTargets()) std::fprintf(stderr, " %s", target.name);
+    for (const auto& target : tagtwist::internal::FuzzTargets())
+      std::fprintf(stderr, " %s", target.name);
     std::fprintf(stderr, "\n");
     std::exit(2);
   }
@@ -40,7 +41,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   if (folder.empty()) return 0;
   std::filesystem::create_directories(folder);
   for (const auto& seed : g_target->seeds()) {
-    tagtwist::WriteText(folder + "/" + seed.name, seed.bytes);
+    tagtwist::internal::WriteText(folder + "/" + seed.name, seed.bytes);
   }
   std::exit(0);
 }

@@ -6,7 +6,7 @@
 #include "tests/fuzz/fuzz_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kMostFrames = 200;  // of one file, read here
@@ -92,4 +92,4 @@ bool FuzzEuroc(const std::string& bytes) {
   return OpenBothWays(OpenEurocSource, std::filesystem::exists(mav0) ? mav0 : folder.path());
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Bytes to start from.
 struct FuzzSeed {
@@ -85,4 +85,4 @@ std::vector<FuzzSeed> MessageSeeds();
 std::vector<FuzzSeed> RawImageSeeds();
 std::vector<FuzzSeed> EstimatorSeeds();
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

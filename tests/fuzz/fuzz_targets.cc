@@ -1,6 +1,6 @@
 #include "tests/fuzz/fuzz_target.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 const std::vector<FuzzTarget>& FuzzTargets() {
   static const std::vector<FuzzTarget> targets = {
@@ -34,4 +34,4 @@ const FuzzTarget* FindFuzzTarget(const std::string& name) {
   return nullptr;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

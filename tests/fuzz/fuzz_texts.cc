@@ -13,7 +13,7 @@
 #include "tests/fuzz/fuzz_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 size_t CountNodes(const YamlValue& value) {
@@ -141,4 +141,4 @@ bool FuzzStates(const std::string& bytes) {
   return taken || states;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::replay_test {
+namespace tagtwist::internal::replay_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -65,4 +65,4 @@ std::string NameOfTarget(const testing::TestParamInfo<FuzzTarget>& target) {
 INSTANTIATE_TEST_SUITE_P(Targets, Fuzz, testing::ValuesIn(FuzzTargets()), NameOfTarget);
 
 }  // namespace
-}  // namespace tagtwist::replay_test
+}  // namespace tagtwist::internal::replay_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/formats/ros2_writers.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 // A ROS 1 bag, format 2.0 (wiki.ros.org/Bags/Format/2.0), written record by record, one chunk
 // without compression.
@@ -118,4 +118,4 @@ inline std::string Ros1Bag() {
   return magic + Ros1Record(head, padding) + body + connections + info;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "tests/support/dataset_fixture.h"
 #include "tests/support/formats/ros2_writers.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::vector<FuzzSeed> ImageSeeds() {
   const cv::Mat image = MakeImage(1, 16, 12);
@@ -50,4 +50,4 @@ std::vector<FuzzSeed> VideoSeeds() {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

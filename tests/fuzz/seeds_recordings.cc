@@ -5,7 +5,7 @@
 #include "tests/support/formats/mat_fixture.h"
 #include "tests/support/formats/ros2_writers.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::string TreeOf(DatasetFormat format, bool images) {
@@ -66,4 +66,4 @@ std::vector<FuzzSeed> SqliteSeeds() {
 
 std::vector<FuzzSeed> BagSeeds() { return {{"plain", Ros1Bag()}}; }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

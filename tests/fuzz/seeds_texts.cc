@@ -6,12 +6,12 @@
 #include "frontend/io/tables/imu_csv.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "tests/support/formats/camera_formats.h"
 #include "tests/support/dataset_fixture.h"
-#include "tests/support/formats/map_formats.h"
 #include "tests/support/flights/synthetic_estimate.h"
+#include "tests/support/formats/camera_formats.h"
+#include "tests/support/formats/map_formats.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::vector<FuzzSeed> CameraSeeds() {
   return {{"kalibr", kKalibrCamchain}, {"opencv.yaml", kOpenCvYaml}, {"opencv.xml", kOpenCvXml},
@@ -86,4 +86,4 @@ std::vector<FuzzSeed> StatesSeeds() {
           {"covariance", FormatCovarianceCsv(estimate.frames)}};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::bad_images_test {
+namespace tagtwist::internal::bad_images_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -125,4 +125,4 @@ TEST_F(BadImages, AllOfAnotherSizeThanTheCamerasAreRefused) {
 }
 
 }  // namespace
-}  // namespace tagtwist::bad_images_test
+}  // namespace tagtwist::internal::bad_images_test

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "estimator/report/result_writer.h"
-#include "tests/support/program_test_util.h"
 #include "tests/support/flights/synthetic_estimate.h"
+#include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::compare_program_test {
+namespace tagtwist::internal::compare_program_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -114,4 +114,4 @@ TEST(RealDataCompare, FiguresOfTheCourseAsMeasuredBefore) {
 }
 
 }  // namespace
-}  // namespace tagtwist::compare_program_test
+}  // namespace tagtwist::internal::compare_program_test

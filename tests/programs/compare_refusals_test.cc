@@ -7,7 +7,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::compare_refusals_test {
+namespace tagtwist::internal::compare_refusals_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -86,4 +86,4 @@ INSTANTIATE_TEST_SUITE_P(All, CompareRefusals, ::testing::ValuesIn(Refusals()),
                          [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
-}  // namespace tagtwist::compare_refusals_test
+}  // namespace tagtwist::internal::compare_refusals_test

@@ -11,7 +11,7 @@
 #include "frontend/io/tables/csv.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist::estimate_program_test {
+namespace tagtwist::internal::estimate_program_test {
 namespace {
 
 const std::string kSource = TAGTWIST_SOURCE_DIR;
@@ -194,4 +194,4 @@ TEST_F(SlowEstimateProgram, RenderedFlightIsRefinedWellBelowTheClosedForm) {
 }
 
 }  // namespace
-}  // namespace tagtwist::estimate_program_test
+}  // namespace tagtwist::internal::estimate_program_test

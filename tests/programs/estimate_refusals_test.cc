@@ -10,7 +10,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::estimate_refusals_test {
+namespace tagtwist::internal::estimate_refusals_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -283,4 +283,4 @@ INSTANTIATE_TEST_SUITE_P(Other, EstimateRefusals, ::testing::ValuesIn(OtherRefus
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace tagtwist::estimate_refusals_test
+}  // namespace tagtwist::internal::estimate_refusals_test

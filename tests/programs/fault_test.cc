@@ -8,7 +8,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::fault_test {
+namespace tagtwist::internal::fault_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -107,4 +107,4 @@ TEST_F(Faults, OtherProgramsLeaveNothingHalfWritten) {
 }
 
 }  // namespace
-}  // namespace tagtwist::fault_test
+}  // namespace tagtwist::internal::fault_test

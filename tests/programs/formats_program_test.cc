@@ -17,7 +17,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::formats_program_test {
+namespace tagtwist::internal::formats_program_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -293,4 +293,4 @@ TEST_F(SlowFormatsProgram, TracksOnAFloorAndTwoWallsBridgeAGap) {
 }
 
 }  // namespace
-}  // namespace tagtwist::formats_program_test
+}  // namespace tagtwist::internal::formats_program_test

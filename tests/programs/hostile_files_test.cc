@@ -9,7 +9,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::hostile_files_test {
+namespace tagtwist::internal::hostile_files_test {
 namespace {
 
 using Arguments = std::vector<std::string>;
@@ -178,4 +178,4 @@ TEST_F(HostileFiles, ABagWhoseHeaderIsLongerThanItIs) {
 }
 
 }  // namespace
-}  // namespace tagtwist::hostile_files_test
+}  // namespace tagtwist::internal::hostile_files_test

@@ -5,7 +5,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::inputs_kept_test {
+namespace tagtwist::internal::inputs_kept_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -152,4 +152,4 @@ TEST_F(InputsKept, ASimulationReplacesNothing) {
 }
 
 }  // namespace
-}  // namespace tagtwist::inputs_kept_test
+}  // namespace tagtwist::internal::inputs_kept_test

@@ -9,7 +9,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::inputs_told_test {
+namespace tagtwist::internal::inputs_told_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -196,4 +196,4 @@ TEST_F(InputsTold, TruthOfAnotherTimeIsRefusedWithBothSpans) {
 }
 
 }  // namespace
-}  // namespace tagtwist::inputs_told_test
+}  // namespace tagtwist::internal::inputs_told_test

@@ -9,7 +9,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::live_program_test {
+namespace tagtwist::internal::live_program_test {
 namespace {
 
 using Arguments = std::vector<std::string>;
@@ -88,4 +88,4 @@ TEST_F(LiveProgram, WhateverOpenCvOpensIsACamera) {
 }
 
 }  // namespace
-}  // namespace tagtwist::live_program_test
+}  // namespace tagtwist::internal::live_program_test

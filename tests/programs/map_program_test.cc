@@ -11,7 +11,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::map_program_test {
+namespace tagtwist::internal::map_program_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -139,4 +139,4 @@ TEST_F(MapProgram, EveryPlaneIsASheetOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace tagtwist::map_program_test
+}  // namespace tagtwist::internal::map_program_test

@@ -7,7 +7,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::overlay_program_test {
+namespace tagtwist::internal::overlay_program_test {
 namespace {
 
 using Arguments = std::vector<std::string>;
@@ -94,4 +94,4 @@ TEST_F(OverlayProgram, ExcludesLiveRuns) {
 }
 
 }  // namespace
-}  // namespace tagtwist::overlay_program_test
+}  // namespace tagtwist::internal::overlay_program_test

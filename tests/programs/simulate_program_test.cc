@@ -6,7 +6,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::simulate_program_test {
+namespace tagtwist::internal::simulate_program_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -160,4 +160,4 @@ TEST(SimulateProgram, SaysSoWhenNoFrameSeesATag) {
 }
 
 }  // namespace
-}  // namespace tagtwist::simulate_program_test
+}  // namespace tagtwist::internal::simulate_program_test

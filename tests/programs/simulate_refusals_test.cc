@@ -5,7 +5,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::simulate_refusals_test {
+namespace tagtwist::internal::simulate_refusals_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -134,4 +134,4 @@ TEST(SimulateOutput, AppearsWholeInEachFormat) {
 }
 
 }  // namespace
-}  // namespace tagtwist::simulate_refusals_test
+}  // namespace tagtwist::internal::simulate_refusals_test

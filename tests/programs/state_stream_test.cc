@@ -12,7 +12,7 @@
 
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::state_stream_test {
+namespace tagtwist::internal::state_stream_test {
 namespace {
 
 std::atomic<int> g_sigpipes{0};
@@ -47,4 +47,4 @@ TEST(StateStream, AReaderThatIsGoneIsNoSignalAndTheProcessKeepsItsOwnHandler) {
 }
 
 }  // namespace
-}  // namespace tagtwist::state_stream_test
+}  // namespace tagtwist::internal::state_stream_test

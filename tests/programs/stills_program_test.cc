@@ -11,7 +11,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::stills_program_test {
+namespace tagtwist::internal::stills_program_test {
 namespace {
 
 constexpr const char* kChain = R"(cam0:
@@ -113,4 +113,4 @@ TEST_F(SlowStills, EachHasItsPoseInBatch) { ExpectEveryPose({}); }
 TEST_F(SlowStills, EachHasItsPoseInTheWindow) { ExpectEveryPose({"--sliding_window"}); }
 
 }  // namespace
-}  // namespace tagtwist::stills_program_test
+}  // namespace tagtwist::internal::stills_program_test

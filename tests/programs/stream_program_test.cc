@@ -11,7 +11,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::stream_program_test {
+namespace tagtwist::internal::stream_program_test {
 namespace {
 
 using Arguments = std::vector<std::string>;
@@ -83,4 +83,4 @@ TEST_F(StreamProgram, EndsAfterSoManyFramesOrSeconds) {
 }
 
 }  // namespace
-}  // namespace tagtwist::stream_program_test
+}  // namespace tagtwist::internal::stream_program_test

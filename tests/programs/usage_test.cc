@@ -14,7 +14,7 @@ DEFINE_bool(ut_window, false, "Sliding window.");
 DEFINE_string(ut_output, "", "Folder to write.");
 DEFINE_validator(ut_threads, [](const char*, int value) { return value >= 1; });
 
-namespace tagtwist::usage_test {
+namespace tagtwist::internal::usage_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -104,4 +104,4 @@ TEST(Progress, LineTellsShareAndTimeLeft) {
 }
 
 }  // namespace
-}  // namespace tagtwist::usage_test
+}  // namespace tagtwist::internal::usage_test

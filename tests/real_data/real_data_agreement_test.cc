@@ -9,7 +9,7 @@
 #include "frontend/types/body_state.h"
 #include "tests/support/estimate_program.h"
 
-namespace tagtwist::real_data_agreement_test {
+namespace tagtwist::internal::real_data_agreement_test {
 namespace {
 
 const std::string kCameras = std::string(TAGTWIST_REAL_DATA_DIR) + "/tagslam-four-cameras";
@@ -94,4 +94,4 @@ TEST_F(RealDataAgreement, CovariancesCoverWhatLensesAndMapErrBy) {
 }
 
 }  // namespace
-}  // namespace tagtwist::real_data_agreement_test
+}  // namespace tagtwist::internal::real_data_agreement_test

@@ -12,7 +12,7 @@
 #include "frontend/tags/find_tags.h"
 #include "frontend/tags/tag_detector.h"
 
-namespace tagtwist::real_data_corners_test {
+namespace tagtwist::internal::real_data_corners_test {
 namespace {
 
 using Corners = std::array<Eigen::Vector2d, 4>;
@@ -95,4 +95,4 @@ TEST(RealDataCornerRefiner, TagsOfTheFloorMatAreMoreNearlySquare) {
 }
 
 }  // namespace
-}  // namespace tagtwist::real_data_corners_test
+}  // namespace tagtwist::internal::real_data_corners_test

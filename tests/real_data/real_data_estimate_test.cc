@@ -6,7 +6,7 @@
 #include "frontend/io/tables/csv.h"
 #include "tests/support/estimate_program.h"
 
-namespace tagtwist::real_data_estimate_test {
+namespace tagtwist::internal::real_data_estimate_test {
 namespace {
 
 const std::string kRealData = TAGTWIST_REAL_DATA_DIR;
@@ -111,4 +111,4 @@ TEST_F(RealDataFrames, FloorMatIsConsistentWithItselfAndWithTheGyro) {
 }
 
 }  // namespace
-}  // namespace tagtwist::real_data_estimate_test
+}  // namespace tagtwist::internal::real_data_estimate_test

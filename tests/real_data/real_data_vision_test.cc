@@ -14,7 +14,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::real_data_vision_test {
+namespace tagtwist::internal::real_data_vision_test {
 namespace {
 
 const std::filesystem::path kData = TAGTWIST_REAL_DATA_DIR;
@@ -200,4 +200,4 @@ TEST_F(RealDataVision, TracksLastOverTheFloorMat) {
 }
 
 }  // namespace
-}  // namespace tagtwist::real_data_vision_test
+}  // namespace tagtwist::internal::real_data_vision_test

@@ -9,7 +9,7 @@
 #include "residuals/tag_calibration_residual.h"
 #include "residuals/truth_residual.h"
 
-namespace tagtwist::calibration_residuals_test {
+namespace tagtwist::internal::calibration_residuals_test {
 namespace {
 
 class CalibrationResiduals : public testing::Test {
@@ -148,4 +148,4 @@ TEST_F(CalibrationResiduals, LensDifferenceUndoesPerturb) {
 }
 
 }  // namespace
-}  // namespace tagtwist::calibration_residuals_test
+}  // namespace tagtwist::internal::calibration_residuals_test

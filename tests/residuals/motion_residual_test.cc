@@ -6,7 +6,7 @@
 
 #include "tests/support/residual_check.h"
 
-namespace tagtwist::motion_residual_test {
+namespace tagtwist::internal::motion_residual_test {
 namespace {
 
 using Vector12 = Eigen::Matrix<double, 12, 1>;
@@ -115,4 +115,4 @@ TEST_F(Motion, ProcessCovarianceAddsUpOverTime) {
 }
 
 }  // namespace
-}  // namespace tagtwist::motion_residual_test
+}  // namespace tagtwist::internal::motion_residual_test

@@ -10,7 +10,7 @@
 #include "residuals/track_residual.h"
 #include "tests/support/residual_check.h"
 
-namespace tagtwist::residuals_test {
+namespace tagtwist::internal::residuals_test {
 namespace {
 
 const Camera& Lens() {
@@ -178,4 +178,4 @@ TEST_F(Residuals, PoseManifoldInvariants) {
 }
 
 }  // namespace
-}  // namespace tagtwist::residuals_test
+}  // namespace tagtwist::internal::residuals_test

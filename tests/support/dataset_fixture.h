@@ -12,7 +12,7 @@
 #include "frontend/io/recordings/dataset_writer.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 inline void WriteText(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
@@ -109,4 +109,4 @@ inline std::string OpenFault(const std::string& path, const DataSourceOptions& o
   return source ? "opened" : source.error().message;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

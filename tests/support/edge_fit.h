@@ -9,7 +9,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Where the straight line between two points of W crosses a pixel row (axis 1) or column (axis 0),
 /// by bisection: the other pixel coordinate. Nothing where it does not.
@@ -64,4 +64,4 @@ inline double EdgeBias(const cv::Mat& image, const Camera& camera, const Pose& c
   return count < 10 ? NAN : sum / count;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 namespace fs = std::filesystem;
 using Arguments = std::vector<std::string>;
@@ -44,4 +44,4 @@ inline double Ratio(const nlohmann::json& summary, const std::string& key,
          summary["accuracy"]["closed_form"][key].get<double>();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

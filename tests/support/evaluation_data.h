@@ -7,7 +7,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A smooth flight whose pose and twist are known in closed form: roll, pitch and yaw all move, so
 /// that every part of a hand-eye alignment can be told.
@@ -66,4 +66,4 @@ inline StateCovariance RealisticCovariance(std::mt19937_64& rng) {
   return scale.asDiagonal() * p * scale.asDiagonal();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -19,7 +19,7 @@
 #include "frontend/simulation/simulator.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -178,4 +178,4 @@ bool HasNoResults(const std::string& folder) {
   return true;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

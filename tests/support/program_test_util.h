@@ -6,7 +6,7 @@
 
 #include "frontend/io/recordings/dataset_writer.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a program did.
 struct ProgramRun {
@@ -51,4 +51,4 @@ std::string Garbage();
 /// Paths of everything below a folder, relative to it, hidden files included, sorted.
 std::vector<std::string> ListTree(const std::string& folder);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "frontend/types/so3.h"
 #include "residuals/pose_manifold.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Random values, and a check of Jacobians.
 class Residuals : public testing::Test {
@@ -44,4 +44,4 @@ class Residuals : public testing::Test {
   std::mt19937 rng_{11};
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A fresh empty folder, removed with all its content at the end of the scope.
 class TempFolder {
@@ -31,4 +31,4 @@ class TempFolder {
   std::string path_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

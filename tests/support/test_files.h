@@ -6,7 +6,7 @@
 
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 inline std::string ReadText(const std::filesystem::path& path) {
   std::ostringstream text;
@@ -18,4 +18,4 @@ inline void WriteText(const std::filesystem::path& path, const std::string& text
   std::ofstream(path, std::ios::binary) << text;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

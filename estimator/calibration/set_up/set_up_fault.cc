@@ -11,7 +11,7 @@
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/geometry/pose_refine.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMostFrames = 30, kMostForVariants = 12;
@@ -243,4 +243,4 @@ std::optional<Fault> FindSetUpFault(const std::vector<SeenTags>& frames, const C
   return FindChange(posed, camera, line_time_s, map);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

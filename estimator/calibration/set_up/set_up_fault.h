@@ -8,7 +8,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The one mistake that explains the corners: their order, a mirrored image, ids that run along the
 /// other side of a grid, a focal length, a resolution, a shifted or cropped image, a missing
@@ -20,4 +20,4 @@ namespace tagtwist {
 std::optional<Fault> FindSetUpFault(const std::vector<SeenTags>& frames, const Camera& camera,
                                     double line_time_s, const TagMap& map);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr Eigen::Index kPoseSize = 6;
@@ -269,4 +269,4 @@ SetUpFit FitSetUp(const std::vector<PosedFrame>& frames, const Camera& camera, c
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Tags of one frame as they were seen.
 struct SeenTags {
@@ -53,4 +53,4 @@ SetUpFit FitSetUp(const std::vector<PosedFrame>& frames, const Camera& camera, c
 /// The camera with its part of a change.
 Camera Changed(const Camera& camera, const SetUpChange& change);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // At least so much, and not so much that no one would make that mistake.
@@ -90,4 +90,4 @@ const std::vector<SetUpHypothesis>& SetUpHypotheses() {
   return kAll;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

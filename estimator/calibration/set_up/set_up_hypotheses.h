@@ -5,7 +5,7 @@
 #include "estimator/calibration/set_up/set_up_fit.h"
 #include "frontend/base/fault.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// One mistake in a set-up: what of it is free, and what a fit says, if it says anything a person
 /// would call a mistake: `least` times as much as a calibration may be off.
@@ -16,4 +16,4 @@ struct SetUpHypothesis {
 };
 const std::vector<SetUpHypothesis>& SetUpHypotheses();
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Distinct values, those closer than a tenth of a tag being one.
@@ -175,4 +175,4 @@ SeenTags UnderVariant(const SeenTags& seen, const SetUpVariant& variant, int ima
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/calibration/set_up/set_up_fit.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A set-up read in another way: corners in another order, an image in a mirror, a map in which ids
 /// run otherwise.
@@ -25,4 +25,4 @@ std::vector<SetUpVariant> SetUpVariants(const TagMap& map, bool turns_round);
 /// The tags of a frame under a variant.
 SeenTags UnderVariant(const SeenTags& seen, const SetUpVariant& variant, int image_width);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

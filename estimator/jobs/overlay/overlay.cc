@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kLeastWidth = 720, kStrip = 28;  // [px]
@@ -106,4 +106,4 @@ cv::Mat OverlayDrawing::Draw(const OverlayFrame& frame) {
   return canvas;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/types/pose.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What is drawn on one image.
 struct OverlayFrame {
@@ -45,4 +45,4 @@ class OverlayDrawing {
   std::map<int64_t, Eigen::Vector2d> before_;  // where the tracks were
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -14,7 +14,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/io/images/video_file.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Hands a source's frames on and keeps their images until they are asked for.
@@ -115,4 +115,4 @@ Status WriteOverlay(const OverlayOptions& options, const Config& config, const E
   return video ? video->Finish() : Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

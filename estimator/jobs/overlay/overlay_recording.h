@@ -6,7 +6,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 struct OverlayOptions {
   std::string file;             // .mp4 or .avi
@@ -24,4 +24,4 @@ Status CheckOverlay(const std::string& dataset, const OverlayOptions& options, D
 Status WriteOverlay(const OverlayOptions& options, const Config& config, const Estimate& estimate,
                     DataSource* source);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

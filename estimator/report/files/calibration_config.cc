@@ -6,7 +6,7 @@
 #include "frontend/io/setup/tag_map_text.h"
 #include "residuals/lens.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::string Number(double value) { return FormatNumber(value); }
@@ -75,4 +75,4 @@ std::string FormatCalibrationConfig(const Calibration& c, const std::string& opt
   return out + options;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

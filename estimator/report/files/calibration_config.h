@@ -3,10 +3,10 @@
 
 #include "estimator/calibration/calibration.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// calibration.yaml: the refined set-up as a configuration that LoadConfig reads, with all options
 /// of the one it came from; what changed and the sigmas are in its comments.
 std::string FormatCalibrationConfig(const Calibration& calibration, const std::string& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "estimator/report/files/calibration_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -72,4 +72,4 @@ Json CalibrationJson(const Calibration& c) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,9 +3,9 @@
 
 #include "estimator/calibration/calibration.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The section `calibration` of summary.json (docs/formats.md).
 nlohmann::ordered_json CalibrationJson(const Calibration& calibration);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

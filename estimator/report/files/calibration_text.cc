@@ -8,7 +8,7 @@
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kReportedSigmas = 3;  // sigmas from which on a change is told
@@ -273,4 +273,4 @@ std::vector<std::string> CalibrationText(const Calibration& c) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

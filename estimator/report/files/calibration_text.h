@@ -4,7 +4,7 @@
 
 #include "estimator/calibration/calibration.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How far a tag was moved from where the map had it, without what all tags moved as one, and how
 /// well that is known [m].
@@ -38,4 +38,4 @@ ScaleAndFocal CompareScaleAndFocal(const Calibration& calibration);
 /// applied and why, what this motion does not show.
 std::vector<std::string> CalibrationText(const Calibration& calibration);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

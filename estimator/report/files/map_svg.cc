@@ -9,7 +9,7 @@
 #include "frontend/types/tag_family.h"
 #include "frontend/types/tag_planes.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kMmPerM = 1000, kMarginMm = 20, kBarMm = 100;
@@ -123,4 +123,4 @@ std::string DescribeMap(const TagMap& map) {
                 planes == 1 ? "" : "s", box.sizes().x(), box.sizes().y(), box.sizes().z());
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/io/setup/tag_map_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::string MappingText(const Mapping& mapping) {
   std::vector<std::string> notes;
@@ -25,4 +25,4 @@ std::string MappingText(const Mapping& mapping) {
   return out + FormatTagMap(mapping.map, notes);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

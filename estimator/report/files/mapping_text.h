@@ -3,9 +3,9 @@
 
 #include "estimator/calibration/mapping.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The map as a configuration's section with the tags' sigmas, and in words what came of it.
 std::string MappingText(const Mapping& mapping);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/base/files/input_file.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -134,4 +134,4 @@ Result<ReadResults> ReadResultsAt(const std::string& path) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/result.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A trajectory that was read, named for people.
 struct NamedSeries {
@@ -29,4 +29,4 @@ Result<ReadResults> ReadResultsAt(const std::string& path);
 /// Files that ReadResultsAt may read, whether they are there or not.
 std::vector<std::string> FilesReadAt(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

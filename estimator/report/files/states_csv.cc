@@ -6,7 +6,7 @@
 
 #include "frontend/base/number_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kDigits = 10, kSigmaDigits = 7, kCovarianceDigits = 12;
@@ -106,4 +106,4 @@ std::string FormatCovarianceCsv(const std::vector<FrameEstimate>& frames) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// states.csv, a row a frame (SI units, frames as the column names say): the state, the closed
 /// form's pose and low-passed twist, standard deviations of the error state, counts, status. Cells
@@ -36,4 +36,4 @@ Result<StatesFile> ReadStatesCsv(const std::string& path);
 /// Sets the covariance of every pose that covariance.csv has a row of the same stamp for.
 Status ReadCovarianceCsv(const std::string& path, PoseSeries* series);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

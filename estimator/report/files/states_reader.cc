@@ -4,7 +4,7 @@
 #include "estimator/report/files/states_csv.h"
 #include "frontend/io/tables/csv.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Columns = std::vector<size_t>;
@@ -133,4 +133,4 @@ Status ReadCovarianceCsv(const std::string& path, PoseSeries* series) {
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

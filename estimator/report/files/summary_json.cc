@@ -8,7 +8,7 @@
 #include "estimator/graph/noise_model.h"
 #include "frontend/base/statistics/quantile.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -229,4 +229,4 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/result/estimate.h"
 #include "estimator/result/run_facts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Indented text with a final line end; bytes that are not UTF-8 (of file names) are replaced.
 std::string FormatJson(const nlohmann::ordered_json& json);
@@ -31,4 +31,4 @@ nlohmann::ordered_json FailureJson(const std::string& error,
 nlohmann::ordered_json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
                                    const RunFacts& facts);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,6 +8,8 @@
 #include "frontend/base/units.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 constexpr const char* kNothing = "n/a";

@@ -7,7 +7,7 @@
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/base/units.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 struct Stretch {
@@ -90,4 +90,4 @@ std::vector<Finding> Findings(const Estimate& estimate, const RunFacts& facts, c
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

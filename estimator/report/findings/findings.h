@@ -7,7 +7,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Something about a run that its user should know, and what to do about it.
 struct Finding {
@@ -43,4 +43,4 @@ std::vector<Finding> TruthFindings(const Estimate& estimate, const std::vector<T
 /// how many more there are. `t_s` [s] has the time of every flag, at least one of which is set.
 std::string StretchesText(const std::vector<double>& t_s, const std::vector<bool>& flags);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Frames = std::vector<FrameEstimate>;
@@ -203,4 +203,4 @@ std::vector<Finding> FrameFindings(const Estimate& e, const RunFacts& facts, con
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

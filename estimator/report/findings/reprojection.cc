@@ -6,7 +6,7 @@
 #include "estimator/report/findings/findings.h"
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 double Rms(const RatioStatistic& squares) { return std::sqrt(squares.ratio()); }
@@ -201,4 +201,4 @@ std::vector<Finding> ReprojectionFindings(const Estimate& estimate) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include "estimator/report/findings/findings.h"
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // RMS over the frames with a state of the position's standard deviation [m], 3-D.
@@ -47,4 +47,4 @@ std::vector<Finding> SystematicFindings(const Estimate& estimate) {
            "The sigmas have it. --calibrate over a lively recording takes most of it off.", true}};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,13 +6,13 @@
 #include "estimator/evaluation/evaluation.h"
 #include "estimator/evaluation/truth_match.h"
 #include "estimator/report/findings/findings.h"
-#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/ratio_statistic.h"
+#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/units.h"
 #include "frontend/types/nees.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Errors of one frame.
@@ -189,4 +189,4 @@ std::vector<Finding> TruthFindings(const Estimate& estimate,
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

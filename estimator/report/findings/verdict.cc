@@ -5,7 +5,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/ratio_statistic.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kLeastS = RatioStatistic::kLeastBlocks;  // blocks of a second
@@ -73,4 +73,4 @@ std::string VerdictText(const Estimate& estimate, const std::vector<Finding>& fi
   return out + (findings.empty() ? "." : ". Worth a look: " + findings.front().fact);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,11 +6,11 @@
 #include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// One sentence or two: whether an estimate can be relied on, what speaks against it first, and
 /// what the recording was too short to tell. `findings`: those of Findings, for the same truth.
 std::string VerdictText(const Estimate& estimate, const std::vector<Finding>& findings,
                         const std::vector<TruthSample>& truth);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/units.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -117,4 +117,4 @@ ReportSection BoundSection(const Estimate& e, const std::vector<ComparisonRow>& 
            Curves(e, t_s, slots, "attitude bound [deg]", 0, kDegreesPerRadian)}};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

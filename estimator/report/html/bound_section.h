@@ -7,7 +7,7 @@
 #include "estimator/report/html/page.h"
 #include "estimator/result/estimate.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Slots of ReportPage that the curves of the bound have.
 struct BoundSlots {
@@ -21,4 +21,4 @@ struct BoundSlots {
 ReportSection BoundSection(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
                            const std::vector<double>& t_s, const BoundSlots& slots);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "estimator/report/html/pictures.h"
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Red above, blue below, the stronger the farther.
@@ -40,4 +40,4 @@ ReportSection CalibrationSection(const Calibration& calibration) {
   return section;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

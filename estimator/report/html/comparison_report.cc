@@ -9,7 +9,7 @@
 #include "estimator/report/html/pictures.h"
 #include "estimator/report/html/plots.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The series on the truth's clock and in the truth's frames, so that plots need not align.
@@ -126,4 +126,4 @@ std::string FormatComparisonReport(const Comparison& c) {
   return FormatReportPage(page);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

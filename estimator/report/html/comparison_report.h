@@ -5,7 +5,7 @@
 #include "estimator/report/files/result_reader.h"
 #include "estimator/report/findings/comparison_table.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Trajectories side by side, each with its figures.
 struct Comparison {
@@ -27,4 +27,4 @@ std::string FormatComparisonJson(const Comparison& comparison);
 /// A page as report.html, with the aligned trajectories from above and over time.
 std::string FormatComparisonReport(const Comparison& comparison);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include <set>
 #include <string_view>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 // Embedded by CMake.
 std::string_view ReportCss();
@@ -235,4 +235,4 @@ std::string FormatReportPage(const ReportPage& page) {
   return out + "</script>\n</body>\n</html>\n";
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

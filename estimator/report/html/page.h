@@ -5,7 +5,7 @@
 
 #include "estimator/report/findings/comparison_table.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A line of a plot. Values that are not finite are gaps.
 struct PlotSeries {
@@ -54,4 +54,4 @@ std::string LegendHtml(const std::vector<size_t>& slots, const std::vector<std::
 /// The whole file.
 std::string FormatReportPage(const ReportPage& page);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

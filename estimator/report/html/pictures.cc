@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Picture coordinates: right = y of W, down = x of W, in metres.
@@ -152,4 +152,4 @@ std::string HistogramSvg(std::vector<double> values, const std::string& unit) {
   return out + "</svg></div>\n";
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/evaluation/pose_series.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A trajectory in the picture from above; `slot` as in PlotSeries.
 struct PicturePath {
@@ -31,4 +31,4 @@ double NiceStep(double span, int most);
 /// Histogram as SVG; the last bar holds all values above the 99th percentile. Empty for no values.
 std::string HistogramSvg(std::vector<double> values, const std::string& unit);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -14,7 +14,7 @@
 #include "frontend/types/so3.h"
 #include "frontend/types/truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -240,4 +240,4 @@ std::vector<ReportSection> TrajectorySections(const PlotInput& input) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

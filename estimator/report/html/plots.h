@@ -6,7 +6,7 @@
 #include "estimator/evaluation/pose_series.h"
 #include "estimator/report/html/page.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A trajectory to plot; with covariance it gets 3-sigma bands.
 struct PlottedSeries {
@@ -34,4 +34,4 @@ std::vector<ReportSection> TrajectorySections(const PlotInput& input);
 /// theta; not finite where roll is +-90 degrees.
 Eigen::Matrix3d ZxyRatesFromBodyRates(const Eigen::Vector3d& roll_pitch_yaw);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

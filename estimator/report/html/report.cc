@@ -14,7 +14,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 enum Slot : size_t {
@@ -152,4 +152,4 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   return FormatReportPage(page);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a report tells besides the estimate.
 struct ReportInput {
@@ -19,4 +19,4 @@ struct ReportInput {
   std::shared_ptr<const Calibration> calibration;  // where there is one
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "estimator/report/html/pictures.h"
 #include "frontend/base/format_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Share of an error in the largest one.
@@ -176,4 +176,4 @@ ReportSection ReprojectionSection(const Estimate& estimate, const TagMap& map) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

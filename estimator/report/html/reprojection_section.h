@@ -3,7 +3,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Section "Reprojection": histogram of the corners' distances from their predictions, the same by
 /// place in the image and by tag.
@@ -16,4 +16,4 @@ std::string ImageErrorsSvg(const ReprojectionErrorsByPlace& errors);
 /// A row a tag, a bar whenever it was in use, over the time since t0_ns as SVG. Empty without tags.
 std::string TagsOverTimeSvg(const ReprojectionErrorsByPlace& errors, int64_t t0_ns);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, ComparisonKey key) {
@@ -167,4 +167,4 @@ std::string ReportWordsHtml(const Estimate& e, const ReportInput& input) {
                    "note");
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

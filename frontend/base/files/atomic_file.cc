@@ -10,7 +10,7 @@
 
 #include "frontend/base/files/partial.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 Error SystemError(const std::string& path, const std::string& what, int error_number) {
@@ -55,4 +55,4 @@ Status WriteFileAtomically(const std::string& path, const std::string& content) 
   return failure == 0 ? Ok() : SystemError(path, "cannot write", failure);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -12,7 +12,7 @@
 #include "frontend/base/files/file_set_commit.h"
 #include "frontend/base/files/input_file.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -295,4 +295,4 @@ Status FileSet::MoveAll(const std::vector<std::string>& leaving) const {
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/files/partial.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Whether WriteFileSet's folder can be had: it is there and writable, or can be made. Nothing is
 /// left behind. "out: cannot write: Permission denied". For asking before long work.
@@ -54,4 +54,4 @@ class FileSet {
   bool committed_ = false;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

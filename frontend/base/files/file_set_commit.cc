@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <sstream>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::string FormatCommitPlan(const CommitPlan& plan) {
   std::string out;
@@ -45,4 +45,4 @@ int FlushToDisk(const std::string& path) {
   return failure;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a FileSet that is being put in its place has still to do.
 struct CommitPlan {
@@ -33,4 +33,4 @@ class CommitLock {
 /// Puts a file or folder on the disk, as far as its file system can. 0 or errno.
 int FlushToDisk(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <system_error>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kWriterWaitMs = 1500;  // for a pipe's writer, which may start a moment later
@@ -144,4 +144,4 @@ Status CheckRegularFile(const std::string& path) {
   return NoFile(path, kind);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// All bytes of a file, at most `most` of them. A pipe is read once, in order, as far as
 /// limits.pipe_bytes; one that nobody writes into is refused, as are folders and devices.
@@ -21,4 +21,4 @@ std::string FirstBytes(const std::string& path, size_t count);
 /// Ok where `path` is a regular file, or is not there; else "x: expected a file, got a pipe".
 Status CheckRegularFile(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -12,7 +12,7 @@
 #include <system_error>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -146,4 +146,4 @@ void RemoveOwnPartials(const std::string& path) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A file or folder that takes its place when it is whole. Until then it has a hidden name beside
 /// that place, "dir/.name.partial-PID", and is locked: nobody takes it for one that a process left
@@ -45,4 +45,4 @@ std::vector<std::string> RemoveLeftovers(const std::string& path);
 /// Removes those of this process, whether they are in use or not: it is about to end.
 void RemoveOwnPartials(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

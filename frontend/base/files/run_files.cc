@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -126,4 +126,4 @@ void RunFiles::Walk(const std::string& folder, const std::string& reader) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

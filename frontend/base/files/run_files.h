@@ -9,7 +9,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Files that take their places in a folder together.
 struct OutputSet {
@@ -51,4 +51,4 @@ class RunFiles {
   std::map<std::string, std::string> written_;                       // place, flag
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -61,4 +61,4 @@ ChiSquareBand MeanChiSquareBand(double dof, size_t count, double probability) {
   return {ChiSquareQuantile(tail, n * dof) / n, ChiSquareQuantile(1 - tail, n * dof) / n};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

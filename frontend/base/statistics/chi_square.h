@@ -1,7 +1,7 @@
 #pragma once
 #include <cstddef>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Regularised lower incomplete gamma function P(a, x), a > 0, x >= 0: the probability that a
 /// chi-square variable of 2 a degrees of freedom lies below 2 x.
@@ -18,4 +18,4 @@ struct ChiSquareBand {
 };
 ChiSquareBand MeanChiSquareBand(double dof, size_t count, double probability = 0.95);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

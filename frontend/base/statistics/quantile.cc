@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 double Quantile(std::vector<double> values, double fraction) {
   const double rank = std::ceil(fraction * static_cast<double>(values.size()));
@@ -12,4 +12,4 @@ double Quantile(std::vector<double> values, double fraction) {
   return values[static_cast<size_t>(index)];
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

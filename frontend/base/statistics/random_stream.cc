@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The mixing step of SplitMix64 (Steele, Lea, Flood 2014): neighbours in, strangers out.
@@ -42,4 +42,4 @@ uint64_t RandomStream::Below(uint64_t count) {
   return static_cast<uint64_t>(Uniform() * static_cast<double>(count));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <random>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Random draws that depend on the given numbers alone, whatever the thread or the standard
 /// library: streams of different numbers (seed, purpose, index) are independent.
@@ -22,4 +22,4 @@ class RandomStream {
   bool has_spare_ = false;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

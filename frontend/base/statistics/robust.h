@@ -1,7 +1,7 @@
 #pragma once
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a robust loss makes of a whitened block: its weight in the normal equations, and its cost,
 /// which replaces half the sum of squares.
@@ -22,4 +22,4 @@ inline double HuberDelta(double scale, int rows) {
   return scale * std::sqrt(static_cast<double>(rows));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

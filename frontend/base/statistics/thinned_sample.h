@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Some of all values that were added, evenly spread over them: every one until there are kMost,
 /// then every second, and so on. Memory stays bounded however many come.
@@ -29,4 +29,4 @@ class ThinnedSample {
   std::vector<T> values_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

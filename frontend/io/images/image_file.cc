@@ -11,7 +11,7 @@
 #include "frontend/base/files/input_file.h"
 #include "frontend/io/images/image_header.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
@@ -107,4 +107,4 @@ Result<std::string> EncodePng(const cv::Mat& gray) {
   return Error{"expected an 8-bit gray image"};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

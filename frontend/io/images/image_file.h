@@ -7,7 +7,7 @@
 #include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Why an image or frame of that size is not decoded: "expected at most 100 million pixels, got
 /// 32768 x 32768".
@@ -26,4 +26,4 @@ Result<cv::Mat> ReadGrayImage(const std::string& path, const Limits& limits = {}
 /// PNG bytes of an 8-bit gray image.
 Result<std::string> EncodePng(const cv::Mat& gray);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // An unsigned number of up to four bytes; 0 past the end.
@@ -117,4 +117,4 @@ std::optional<ImageHeader> ReadImageHeader(std::string_view bytes) {
   return std::nullopt;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string_view>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Pixels across and down that an image says it has.
 struct ImageHeader {
@@ -14,4 +14,4 @@ struct ImageHeader {
 /// another format, or its header is cut. Sizes as in those formats' specifications.
 std::optional<ImageHeader> ReadImageHeader(std::string_view bytes);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

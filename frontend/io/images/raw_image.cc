@@ -4,7 +4,7 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int kAsItIs = -1;
@@ -110,4 +110,4 @@ Result<cv::Mat> GrayFromRaw(const RawImage& raw) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

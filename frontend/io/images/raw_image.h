@@ -6,7 +6,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// An image as it lies in memory.
 struct RawImage {
@@ -23,4 +23,4 @@ struct RawImage {
 /// 12".
 Result<cv::Mat> GrayFromRaw(const RawImage& raw);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

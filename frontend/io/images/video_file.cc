@@ -5,7 +5,7 @@
 #include <system_error>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::string Ending(const std::string& path) {
@@ -74,4 +74,4 @@ Status VideoFile::Finish() {
   return Error{path_ + ": cannot write: " + std::generic_category().message(failure)};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/base/files/partial.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Why no video can be written under that name: it must end in .mp4 or .avi, in a folder that is
 /// there.
@@ -38,4 +38,4 @@ class VideoFile {
   size_t frames_ = 0;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -15,7 +15,7 @@ extern "C" {
 #include <libavutil/log.h>
 }
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 struct CloseInput {
@@ -188,4 +188,4 @@ Result<RepairedStamps> RepairStamps(const VideoTimes& times) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

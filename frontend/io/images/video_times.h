@@ -7,7 +7,7 @@
 #include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a video's container says of its frames.
 struct VideoTimes {
@@ -39,4 +39,4 @@ struct RepairedStamps {
 /// that is missing, too.
 Result<RepairedStamps> RepairStamps(const VideoTimes& times);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

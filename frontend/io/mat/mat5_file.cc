@@ -9,7 +9,7 @@
 #include "frontend/io/mat/mat_elements.h"
 #include "frontend/io/mat/mat_plain.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 struct CloseMat {
@@ -174,4 +174,4 @@ Result<std::unique_ptr<MatFile>> OpenMat5File(const std::string& path) {
   return std::unique_ptr<MatFile>(std::move(file));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

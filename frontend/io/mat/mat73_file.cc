@@ -6,7 +6,7 @@
 
 #include "frontend/io/mat/mat_backends.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // HDF5 prints what goes wrong on stderr unless told not to; told so for the length of a call.
@@ -269,4 +269,4 @@ Result<std::unique_ptr<MatFile>> OpenMat73File(const std::string& path) {
   return std::unique_ptr<MatFile>(std::move(file));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/io/mat/mat_contents.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// MATLAB 5 files, by libmatio.
 Result<std::unique_ptr<MatFile>> OpenMat5File(const std::string& path);
@@ -15,4 +15,4 @@ Result<std::unique_ptr<MatFile>> OpenMat73File(const std::string& path);
 std::string FieldPlace(const std::string& path, const std::string& packets_name, size_t packet,
                        const std::string& field);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

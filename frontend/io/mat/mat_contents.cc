@@ -1,6 +1,6 @@
 #include "frontend/io/mat/mat_contents.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 size_t MatArray::size() const {
   return kind == Kind::kNumbers ? numbers.size() : kind == Kind::kBytes ? bytes.size() : 0;
@@ -21,4 +21,4 @@ std::string DescribeShape(const MatArray& array) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A numeric array of a .mat file, column-major. Bytes stay bytes, all other classes become
 /// doubles; what is no real numeric array (cell, text, struct, complex, sparse) has kOther and no
@@ -46,4 +46,4 @@ class MatFile {
   virtual Result<MatArray> ReadField(size_t packet, const std::string& field) = 0;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

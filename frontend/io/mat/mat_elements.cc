@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 CFile OpenCFile(const std::string& path, const char* mode) {
   return CFile(std::fopen(path.c_str(), mode), std::fclose);
@@ -52,4 +52,4 @@ Result<MatElements> ListMatVariables(std::FILE* file, const std::string& path) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The bytes of a MATLAB 5 file: a header, then elements of a tag (type, length) and content. The
 /// format: The MathWorks, "MAT-File Format", level 5.
@@ -39,4 +39,4 @@ Result<MatElements> ListMatVariables(std::FILE* file, const std::string& path);
 /// have the sizes that its class and dimensions ask for. matio 1.5 trusts them and crashes.
 Status CheckMatStructure(const std::string& plain_path, const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include "frontend/base/files/input_file.h"
 #include "frontend/io/mat/mat_backends.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 enum class MatVersion { kNone, k5, k73 };
@@ -36,4 +36,4 @@ Result<std::unique_ptr<MatFile>> OpenMatFile(const std::string& path) {
   return Error{path + ": expected a MATLAB 5 or 7.3 file, got something else"};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

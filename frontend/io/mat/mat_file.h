@@ -5,7 +5,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/mat/mat_contents.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// True when the head of the file says MATLAB 5 or 7.3.
 bool IsMatFile(const std::string& path);
@@ -13,4 +13,4 @@ bool IsMatFile(const std::string& path);
 /// Refuses what is not whole: "x.mat: truncated: ...", "x.mat: damaged: ...".
 Result<std::unique_ptr<MatFile>> OpenMatFile(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

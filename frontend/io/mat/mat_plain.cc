@@ -15,7 +15,7 @@
 
 #include "frontend/io/mat/mat_elements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Images of one gray deflate to a thousandth, real ones to a half.
@@ -174,4 +174,4 @@ Status CheckMatIsWhole(const std::string& path) {
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

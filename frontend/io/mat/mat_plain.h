@@ -3,7 +3,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A MATLAB 5 file without compression.
 struct PlainMat {
@@ -20,4 +20,4 @@ Result<PlainMat> MakePlainMat(const std::string& path);
 /// That check without inflating: the variables' lengths fill the file exactly.
 Status CheckMatIsWhole(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 
 #include "frontend/io/mat/mat_elements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Array classes and storage types, as numbered by the format.
@@ -138,4 +138,4 @@ Status CheckMatStructure(const std::string& plain_path, const std::string& path)
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
@@ -232,4 +232,4 @@ Status CheckBagRecords(const std::string& path) {
                std::to_string(*fault) + " does not add up"};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

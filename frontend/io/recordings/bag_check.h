@@ -3,7 +3,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Checks the records of a ROS 1 bag, format 2.0 (wiki.ros.org/Bags/Format/2.0), before ROS' own
 /// library reads it, which trusts their lengths and places: every header's fields fill it, records
@@ -13,4 +13,4 @@ namespace tagtwist {
 /// "x.bag: a damaged bag: the record at byte 13 does not add up".
 Status CheckBagRecords(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

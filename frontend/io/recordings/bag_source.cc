@@ -23,7 +23,7 @@
 #include "frontend/io/tables/growing_stamps.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Topics = std::vector<std::string>;
@@ -295,4 +295,4 @@ Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

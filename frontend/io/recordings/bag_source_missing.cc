@@ -1,11 +1,11 @@
 // In place of bag_source.cc where ROS' library is not installed.
 #include "frontend/io/recordings/data_source_kinds.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
                                                   const DataSourceOptions&) {
   return Error{path + ": a ROS bag, and this build reads none (it needs librosbag-storage-dev)"};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/base/nearest_name.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::string Listed(const std::vector<std::string>& topics) {
@@ -51,4 +51,4 @@ Result<TruthTopic> ChooseTruthTopic(const std::vector<std::string>& topics,
                         Listed(topics)};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The topic to take out of those that would do. Errors (without the bag's name) list them and what
 /// a mistyped one may mean.
@@ -20,4 +20,4 @@ struct TruthTopic {
 Result<TruthTopic> ChooseTruthTopic(const std::vector<std::string>& topics,
                                     const std::string& wanted);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,6 +8,8 @@
 #include "frontend/io/recordings/video_frame.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 const char* const kPrefix = "camera:";

@@ -7,7 +7,7 @@
 
 #include "frontend/io/recordings/data_source.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The kinds behind OpenDataSource.
 Result<std::unique_ptr<DataSource>> OpenFolderSource(const std::string& folder,
@@ -47,4 +47,4 @@ class ImageSizeGuard {
   std::string first_name_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 enum class DatasetFormat { kFolder, kEuroc, kMat };
 
@@ -34,4 +34,4 @@ class DatasetWriter {
 Result<std::unique_ptr<DatasetWriter>> CreateDatasetWriter(const std::string& path,
                                                            DatasetFormat format);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 
 #include "frontend/io/recordings/dataset_writer.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The kinds behind CreateDatasetWriter; `path` is free.
 Result<std::unique_ptr<DatasetWriter>> CreateFolderWriter(const std::string& path);
@@ -27,4 +27,4 @@ class FrameRules {
   cv::Size size_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

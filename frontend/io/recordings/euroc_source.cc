@@ -4,7 +4,7 @@
 #include "frontend/io/tables/imu_csv.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
                                                     const DataSourceOptions& options) {
@@ -41,4 +41,4 @@ Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
   return MakeImageListSource(std::move(*list), options);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

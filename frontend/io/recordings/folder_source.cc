@@ -4,7 +4,7 @@
 #include "frontend/io/tables/imu_csv.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Status ReadTruthAndImu(const std::string& folder, ImageList* list) {
   const std::filesystem::path root(folder);
@@ -39,4 +39,4 @@ Result<std::unique_ptr<DataSource>> OpenFolderSource(const std::string& folder,
   return MakeImageListSource(std::move(*list), options);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

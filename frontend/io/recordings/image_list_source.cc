@@ -7,7 +7,7 @@
 #include "frontend/io/images/image_file.h"
 #include "frontend/io/tables/detections_csv.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int64_t kSameStampNs = 1000;
@@ -170,4 +170,4 @@ Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptio
   return list;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/io/recordings/data_source_kinds.h"
 #include "frontend/io/tables/stamps.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A frame of a recording that keeps its images in files.
 struct ListedFrame {
@@ -43,4 +43,4 @@ struct ListingFiles {
 /// no image exists, except where detections are used: then there are no images.
 Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptions& options);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

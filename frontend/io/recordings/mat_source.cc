@@ -9,7 +9,7 @@
 #include "frontend/io/tables/stamps.h"
 #include "frontend/io/trajectories/mat_truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Gray image of a column-major H x W or H x W x 3 (RGB) array of bytes; the fault otherwise.
@@ -221,4 +221,4 @@ Result<std::unique_ptr<DataSource>> OpenMatSource(const std::string& path,
   return std::unique_ptr<DataSource>(std::move(source));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

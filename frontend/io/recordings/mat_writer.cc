@@ -12,7 +12,7 @@
 #include "frontend/io/tables/stamps.h"
 #include "frontend/io/trajectories/vicon.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // In the order of the course's files.
@@ -208,4 +208,4 @@ Result<std::unique_ptr<DatasetWriter>> CreateMatWriter(const std::string& path) 
   return std::unique_ptr<DatasetWriter>(std::make_unique<MatWriter>(path, std::move(*partial)));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

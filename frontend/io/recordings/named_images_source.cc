@@ -7,7 +7,7 @@
 #include "frontend/io/recordings/image_list_source.h"
 #include "frontend/io/tables/stamp_unit.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ Result<std::unique_ptr<DataSource>> OpenNamedImagesSource(const std::string& fol
   return MakeImageListSource(std::move(list), options);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,6 +7,8 @@
 #include "frontend/io/recordings/data_source_kinds.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 bool Exists(const std::filesystem::path& path) {

@@ -4,7 +4,7 @@
 #include "frontend/io/recordings/dataset_writer_kinds.h"
 #include "frontend/io/tables/stamps.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Status FrameRules::Check(const FrameToWrite& frame, const std::string& path) {
   const std::string place = path + ": frame " + std::to_string(frames_) + ": ";
@@ -44,4 +44,4 @@ Result<std::unique_ptr<DatasetWriter>> CreateDatasetWriter(const std::string& pa
   return CreateMatWriter(path);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

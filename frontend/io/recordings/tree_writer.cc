@@ -12,7 +12,7 @@
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Where a format keeps what, relative to the data set's folder.
@@ -126,4 +126,4 @@ Result<std::unique_ptr<DatasetWriter>> CreateEurocWriter(const std::string& path
   return CreateTreeWriter(path, EurocLayout());
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

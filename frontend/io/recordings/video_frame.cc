@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 bool Grab(cv::VideoCapture* capture) {
   try {
@@ -28,4 +28,4 @@ void RetrieveGray(cv::VideoCapture* capture, Frame* frame) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@ namespace cv {
 class VideoCapture;
 }
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// True when there is a next image; false also where the decoder throws.
 bool Grab(cv::VideoCapture* capture);
@@ -13,4 +13,4 @@ bool Grab(cv::VideoCapture* capture);
 /// The image that was grabbed last, as 8-bit gray, or why there is none.
 void RetrieveGray(cv::VideoCapture* capture, Frame* frame);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/io/recordings/data_source_kinds.h"
 #include "frontend/io/recordings/video_frame.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kLeastReadable = 0.9;  // of the duration; less is a damaged file
@@ -124,4 +124,4 @@ Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -15,7 +15,7 @@
 #include "frontend/io/setup/yaml_reader.h"
 #include "frontend/io/setup/yaml_tree.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The member that goes by one of several names; the first of them is told where there is none.
@@ -282,4 +282,4 @@ Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& na
   return ReadOpenCvOrRos(*root);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/setup/other_cameras.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Reads a camera from a calibration (docs/formats.md), told apart by its content: Kalibr
 /// camchain, OpenCV YAML or XML, ROS camera_info, or the section `camera` of a configuration.
@@ -13,4 +13,4 @@ namespace tagtwist {
 /// than radtan and equidistant are refused.
 Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 
 #include "frontend/base/option_check.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 const std::array<std::pair<const char*, NamedLens>, 7> kLenses = {{
@@ -94,4 +94,4 @@ void ReadLineTime(YamlSection* section, double* line_time_s) {
   section->KeepProblem(CheckRange("line_time_s", *line_time_s, -kMostS, kMostS));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

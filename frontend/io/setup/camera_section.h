@@ -5,7 +5,7 @@
 #include "frontend/io/setup/yaml_reader.h"
 #include "frontend/types/camera.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A lens model by the names that calibration files give it: radtan, plumb_bob and
 /// rational_polynomial; equidistant and fisheye; none. Any other is refused.
@@ -25,4 +25,4 @@ void ReadCameraKeys(YamlSection* section, Camera* camera);
 /// Reads the shutter of the camera: `line_time_s`, [s] from row to row.
 void ReadLineTime(YamlSection* section, double* line_time_s);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // The members x, y, z of a mapping.
@@ -158,4 +158,4 @@ Result<TagMap> ReadLimelight(const YamlValue& fiducials, const std::string& fami
   return TagMap(family.empty() ? LimelightFamily(named) : family, std::move(tags));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/io/setup/yaml_reader.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Maps as other programs keep them; `family`: empty for what the file, or else its program, says.
 /// WPILib's field (`tags` with ID and pose): x out of the tag's face, y to the right as printed, z
@@ -18,4 +18,4 @@ Result<TagMap> ReadLimelight(const YamlValue& fiducials, const std::string& fami
 /// The only bundle of apriltag_ros' tags.yaml (`tag_bundles`): tags as ours.
 Result<TagMap> ReadBundle(const YamlValue& bundles, const std::string& family);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

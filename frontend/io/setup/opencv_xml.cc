@@ -5,7 +5,7 @@
 #include <sstream>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMostXmlNodes = 200000;
@@ -98,4 +98,4 @@ Result<YamlValue> ParseOpenCvXml(const std::string& text, const std::string& fil
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 
 #include "frontend/io/setup/yaml_value.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// True when the text begins like XML.
 bool LooksLikeXml(const std::string& text);
@@ -13,4 +13,4 @@ bool LooksLikeXml(const std::string& text);
 /// (cv::FileStorage itself reads outside of a file that is cut in the middle of an attribute.)
 Result<YamlValue> ParseOpenCvXml(const std::string& text, const std::string& file);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

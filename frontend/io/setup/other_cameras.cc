@@ -4,7 +4,7 @@
 
 #include "frontend/io/setup/camera_section.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Numbers under some names, in that order; those that are absent are left out.
@@ -133,4 +133,4 @@ std::optional<Result<CameraFile>> ReadOtherCamera(const YamlValue& root) {
   return std::nullopt;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a calibration file says of one camera.
 struct CameraFile {
@@ -24,4 +24,4 @@ struct CameraFile {
 /// of them.
 std::optional<Result<CameraFile>> ReadOtherCamera(const YamlValue& root);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

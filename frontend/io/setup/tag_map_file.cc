@@ -13,6 +13,8 @@
 #include "frontend/types/tag_overlap.h"
 
 namespace tagtwist {
+
+using namespace internal;
 namespace {
 
 constexpr int kMostTags = 100000;

@@ -7,7 +7,7 @@
 
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A family and the number of its ids.
@@ -220,4 +220,4 @@ Result<TagMap> ReadTagMap(const YamlValue& node) {
   return grid != nullptr ? ReadGrid(*grid, family) : ReadTags(*tags, family);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include "frontend/types/pose.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The section `tag_map` of a configuration: either `grid` or `tags` (docs/formats.md).
 Result<TagMap> ReadTagMap(const YamlValue& section);
@@ -14,4 +14,4 @@ std::optional<Eigen::Quaterniond> ReadRotation(YamlSection* section);
 /// Three numbers, or nullopt with the fault kept in the section.
 std::optional<Eigen::Vector3d> ReadVector3(const YamlValue* node, YamlSection* section);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -2,7 +2,7 @@
 
 #include "frontend/base/number_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::string FormatNumberList(const Eigen::VectorXd& values) {
   std::string out;
@@ -25,4 +25,4 @@ std::string FormatTagMap(const TagMap& map, const std::vector<std::string>& note
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The section `tag_map` of a configuration, numbers in the shortest form that reads back. `notes`:
 /// a comment for each tag, or none at all.
@@ -13,4 +13,4 @@ std::string FormatTagMap(const TagMap& map, const std::vector<std::string>& note
 /// "[1, 0.5]", the numbers as FormatTagMap writes them.
 std::string FormatNumberList(const Eigen::VectorXd& values);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

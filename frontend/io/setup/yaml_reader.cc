@@ -10,7 +10,7 @@
 #include "frontend/base/nearest_name.h"
 #include "frontend/io/setup/yaml_tree.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 template <typename Number>
@@ -141,4 +141,4 @@ Status YamlSection::FirstFault() const {
   return Ok();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

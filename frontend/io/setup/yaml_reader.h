@@ -10,7 +10,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/setup/yaml_value.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The single document of a YAML file, see ParseYaml. Refused: a file that cannot be read, is empty
 /// or larger than limits.text_bytes.
@@ -88,4 +88,4 @@ class YamlSection {
   std::optional<Error> fault_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

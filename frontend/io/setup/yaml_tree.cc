@@ -9,7 +9,7 @@
 #include <sstream>
 #include <utility>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMostNodes = 200000;
@@ -226,4 +226,4 @@ Result<YamlValue> ParseYaml(std::string text, const std::string& file) {
   }
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

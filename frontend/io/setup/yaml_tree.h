@@ -3,7 +3,7 @@
 
 #include "frontend/io/setup/yaml_value.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The tree of a text's single YAML document; `file` is for messages. OpenCV's first line,
 /// %YAML:1.0, counts as a comment; an empty document after it (a closing ---) does not count. An
@@ -13,4 +13,4 @@ namespace tagtwist {
 /// bounds, whatever it says.
 Result<YamlValue> ParseYaml(std::string text, const std::string& file);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,6 +1,6 @@
 #include "frontend/io/setup/yaml_value.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 std::string PrintableYaml(const std::string& text) {
   constexpr size_t kMaxLength = 60;
@@ -38,4 +38,4 @@ Error YamlValue::Refuse(const std::string& expected) const {
   return Error{message};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A node of a YAML file with the place it came from. A tree of values: whoever reads it needs no
 /// YAML library.
@@ -32,4 +32,4 @@ const YamlValue* Member(const YamlValue& mapping, const std::string& name);
 /// One line of plain text of at most 60 characters, whatever the bytes are.
 std::string PrintableYaml(const std::string& text);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/base/files/input_file.h"
 #include "frontend/io/tables/trim.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // "p_RS_R_x [m]" -> "p_RS_R_x"
@@ -151,4 +151,4 @@ Error CsvTable::ErrorAt(size_t row, const std::string& message) const {
   return LineError(path_, line(row), message);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

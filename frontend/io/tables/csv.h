@@ -9,7 +9,7 @@
 #include "frontend/base/number_text.h"
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A text of comma-separated values with a header line, read strictly: every row has as many cells
 /// as the header, empty lines stand at the end only. Accepts CRLF, spaces around cells, and
@@ -58,4 +58,4 @@ class CsvTable {
   std::vector<std::string_view> cells_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

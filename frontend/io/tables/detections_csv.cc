@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // A row's tag; columns are id, u1, v1, ..., u4, v4.
@@ -149,4 +149,4 @@ std::string FormatDetections(int64_t t_ns, const std::vector<TagDetection>& tags
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/io/tables/stamps.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The rows of one stamp.
 struct StampedDetections {
@@ -33,4 +33,4 @@ std::string FormatDetectionsWithCovariances(int64_t t_ns, const std::vector<TagD
 std::string DetectionsCsvHeader(TimeUnit unit);
 std::string FormatDetections(int64_t t_ns, const std::vector<TagDetection>& tags, TimeUnit unit);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

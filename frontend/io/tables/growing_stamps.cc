@@ -2,7 +2,7 @@
 
 #include "frontend/base/number_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::string CountText(size_t count, const char* one, const char* many) {
@@ -43,4 +43,4 @@ std::string PassedOverText(const GrowingStamps& growing, const std::string& what
   return out + " (the first: " + place + ")";
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Of stamps as they come, those that grow strictly.
 struct GrowingStamps {
@@ -24,4 +24,4 @@ Result<GrowingStamps> KeepGrowing(const std::vector<int64_t>& stamps_ns);
 std::string PassedOverText(const GrowingStamps& growing, const std::string& what,
                            const std::string& place);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

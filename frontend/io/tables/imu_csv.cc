@@ -1,6 +1,6 @@
 #include "frontend/io/tables/imu_csv.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // Stamp, accelerometer, gyroscope.
@@ -59,4 +59,4 @@ std::string FormatImuCsv(const std::vector<ImuSample>& imu, TimeUnit unit) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/base/number_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr std::array<StampUnit, 4> kUnits = {StampUnit::kSeconds, StampUnit::kMilliseconds,
@@ -120,4 +120,4 @@ std::optional<WrongUnit> FindWrongUnit(const std::vector<double>& numbers, Stamp
   return WrongUnit{*implied, Words(declared, step, 0) + ", " + Words(*implied, step, date)};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a clock's numbers count.
 enum class StampUnit { kSeconds, kMilliseconds, kMicroseconds, kNanoseconds };
@@ -40,4 +40,4 @@ struct WrongUnit {
 };
 std::optional<WrongUnit> FindWrongUnit(const std::vector<double>& numbers, StampUnit declared);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

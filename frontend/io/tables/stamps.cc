@@ -6,7 +6,7 @@
 #include "frontend/io/tables/growing_stamps.h"
 #include "frontend/io/tables/stamp_unit.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 StampUnit Declared(TimeUnit unit) {
@@ -104,4 +104,4 @@ size_t NearestIndex(const std::vector<int64_t>& stamps_ns, int64_t t_ns) {
   return t_ns - stamps_ns[index - 1] <= stamps_ns[index] - t_ns ? index - 1 : index;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/tables/csv.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What the stamps of a file count: "t" of the project's own files, "timestamp" of EuRoC/ASL's.
 enum class TimeUnit { kSeconds, kNanoseconds };
@@ -40,4 +40,4 @@ bool HasNan(const CsvTable& table, size_t row, const std::vector<size_t>& column
 /// Index of the stamp nearest to t_ns; the stamps grow and are not empty.
 size_t NearestIndex(const std::vector<int64_t>& stamps_ns, int64_t t_ns);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/base/number_text.h"
 #include "frontend/io/tables/trim.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 std::string_view WithoutQuotes(std::string_view cell) {
@@ -159,4 +159,4 @@ TextGrid TextGrid::Parse(std::string text) {
   return grid;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// "path:line: ", with which a message about a line begins.
 inline std::string Place(const std::string& path, int line) {
@@ -44,4 +44,4 @@ class TextGrid {
   bool decimal_comma_ = false;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -1,7 +1,7 @@
 #pragma once
 #include <string_view>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 inline constexpr const char* kBlanks = " \t\r";
 
@@ -12,4 +12,4 @@ inline std::string_view Trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

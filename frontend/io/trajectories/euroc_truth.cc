@@ -5,7 +5,7 @@
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr int64_t kMaxGyroDistanceNs = 10'000'000;
@@ -158,4 +158,4 @@ std::string FormatEurocTruth(const std::vector<TruthSample>& truth) {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

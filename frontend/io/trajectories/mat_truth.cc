@@ -5,7 +5,7 @@
 #include "frontend/io/tables/stamps.h"
 #include "frontend/io/trajectories/vicon.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // "a.mat: time(3): fault", packets and columns counted from 1.
@@ -61,4 +61,4 @@ Result<std::vector<TruthSample>> ReadMatTruth(const std::string& path) {
   return truth;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 #include "frontend/io/mat/mat_file.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Ground truth of a course .mat: `time` (1 x M) and `vicon` (12 x M). Empty when it has neither.
 Result<std::vector<TruthSample>> TruthFromMat(MatFile* file, const std::string& path);
@@ -17,4 +17,4 @@ Result<std::vector<TruthSample>> ReadMatTruth(const std::string& path);
 /// Seconds of a .mat (doubles) to nanoseconds; nullopt for what is no time.
 std::optional<int64_t> NanosecondsFromMat(double seconds);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

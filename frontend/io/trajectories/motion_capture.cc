@@ -10,7 +10,7 @@
 #include "frontend/base/number_text.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Row = TextGrid::Row;
@@ -281,4 +281,4 @@ Read ReadQualisys(const TextGrid& grid, const std::string& path, const std::stri
   return QualisysPoses(grid, path, names, *matrix);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/io/tables/text_grid.h"
 #include "frontend/io/trajectories/trajectory_rows.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Exports of motion capture programs. nullopt: the grid is none of them. `body`: the rigid body's
 /// name; may be empty where there is but one.
@@ -22,4 +22,4 @@ std::optional<Result<TrajectoryFile>> ReadVicon(const TextGrid& grid, const std:
 std::optional<Result<TrajectoryFile>> ReadQualisys(const TextGrid& grid, const std::string& path,
                                                    const std::string& body);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 
 #include "frontend/base/number_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -231,4 +231,4 @@ Result<TrajectoryColumns> FindTrajectoryColumns(const TextGrid& grid, const std:
   return ByNumber(grid, path);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

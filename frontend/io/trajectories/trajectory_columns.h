@@ -7,7 +7,7 @@
 #include "frontend/io/tables/stamp_unit.h"
 #include "frontend/io/tables/text_grid.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Where a table has a trajectory's numbers.
 struct TrajectoryColumns {
@@ -26,4 +26,4 @@ struct TrajectoryColumns {
 /// missing and what is there.
 Result<TrajectoryColumns> FindTrajectoryColumns(const TextGrid& grid, const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

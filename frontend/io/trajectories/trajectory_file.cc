@@ -13,6 +13,8 @@
 
 namespace tagtwist {
 
+using namespace internal;
+
 Result<TrajectoryFile> ReadTrajectoryFile(const std::string& path, const std::string& body) {
   if (IsMatFile(path)) {
     auto samples = ReadMatTruth(path);

@@ -4,6 +4,8 @@
 #include "frontend/io/trajectories/truth_parts.h"
 
 namespace tagtwist {
+
+using namespace internal;
 Status TrajectoryRows::Add(int line, int64_t t_ns, const std::vector<double>& xyz_qxyzw) {
   ++rows_;
   last_was_taken_ = false;

@@ -15,7 +15,7 @@
 #include "frontend/io/trajectories/trajectory_columns.h"
 #include "frontend/types/truth.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 bool IsNotANumber(std::string_view cell) {
@@ -221,4 +221,4 @@ Result<TrajectoryFile> ReadTrajectoryText(std::string bytes, const std::string& 
   return ReadTable(grid, path);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include "frontend/base/result.h"
 #include "frontend/io/trajectories/trajectory_rows.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A trajectory from the text of a file: tables (FindTrajectoryColumns), KITTI with its times.txt
 /// beside it, and the exports of Motive, Vicon Nexus and Tracker, and Qualisys. `body`: which one,
@@ -13,4 +13,4 @@ namespace tagtwist {
 Result<TrajectoryFile> ReadTrajectoryText(std::string bytes, const std::string& path,
                                           const std::string& body);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

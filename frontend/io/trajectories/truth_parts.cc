@@ -4,7 +4,7 @@
 
 #include "frontend/base/number_text.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Result<Pose> PoseFromNumbers(const std::vector<double>& xyz_qxyzw) {
   const std::vector<double>& n = xyz_qxyzw;
@@ -23,4 +23,4 @@ bool AllHaveTwist(const std::vector<TruthSample>& truth) {
   return !truth.empty();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "frontend/io/tables/csv.h"
 #include "frontend/types/body_state.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Pieces that the readers of ground truth share.
 
@@ -26,4 +26,4 @@ std::string FormatEurocTruth(const std::vector<TruthSample>& truth);
 /// True where there are samples and every one has a twist.
 bool AllHaveTwist(const std::vector<TruthSample>& truth);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

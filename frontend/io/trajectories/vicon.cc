@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 Eigen::Quaterniond RotationFromZxy(const Eigen::Vector3d& roll_pitch_yaw) {
   return Eigen::AngleAxisd(roll_pitch_yaw.z(), Eigen::Vector3d::UnitZ()) *
@@ -37,4 +37,4 @@ std::optional<ViconColumn> ViconFromTruth(const TruthSample& sample) {
   return column;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/pose.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A column of the course's `vicon`: x y z [m], roll pitch yaw [rad], v in W [m/s], omega in B
 /// [rad/s]. The Euler order is Z-X-Y: world_from_body = Rz(yaw) Rx(roll) Ry(pitch).
@@ -20,4 +20,4 @@ TruthSample TruthFromVicon(int64_t t_ns, const ViconColumn& column);
 /// nullopt where the sample has no twist: the format has no place for a pose alone.
 std::optional<ViconColumn> ViconFromTruth(const TruthSample& sample);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/simulated_flight.h"
 
-namespace tagtwist::model_choice_test {
+namespace tagtwist::internal::model_choice_test {
 namespace {
 
 // It hovers, smoothly, between two stays at one place: a choice by the middle or by the ends alone
@@ -60,4 +60,4 @@ TEST(ModelChoice, TheLeastDensityCanBeSolvedWith) {
 }
 
 }  // namespace
-}  // namespace tagtwist::model_choice_test
+}  // namespace tagtwist::internal::model_choice_test

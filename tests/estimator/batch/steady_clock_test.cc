@@ -9,7 +9,7 @@
 #include "estimator/batch/batch.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::steady_clock_test {
+namespace tagtwist::internal::steady_clock_test {
 namespace {
 
 // Ticks at 50 Hz, stamped late and early by up to `jitter_s` (uniform); those in `lost` are
@@ -124,4 +124,4 @@ TEST(BatchClock, TrueUnevenStampsAreKept) {
 }
 
 }  // namespace
-}  // namespace tagtwist::steady_clock_test
+}  // namespace tagtwist::internal::steady_clock_test

@@ -12,7 +12,7 @@
 #include "tests/support/flights/calibration_flight.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::calibration_extras_test {
+namespace tagtwist::internal::calibration_extras_test {
 namespace {
 
 // Images alone, everything else free; 10 flights.
@@ -180,4 +180,4 @@ TEST(Calibration, LineTimeIsAppliedAndWrittenWhereItHelps) {
 }
 
 }  // namespace
-}  // namespace tagtwist::calibration_extras_test
+}  // namespace tagtwist::internal::calibration_extras_test

@@ -12,14 +12,14 @@
 #include "estimator/report/files/calibration_json.h"
 #include "estimator/report/files/calibration_text.h"
 #include "estimator/report/html/calibration_section.h"
-#include "frontend/base/statistics/chi_square.h"
 #include "frontend/base/format_text.h"
+#include "frontend/base/statistics/chi_square.h"
 #include "frontend/io/recordings/data_source.h"
 #include "residuals/lens.h"
 #include "tests/support/flights/calibration_flight.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::calibration_test {
+namespace tagtwist::internal::calibration_test {
 namespace {
 
 TEST(SlowCalibration, RecoversEverythingAtOnceWithinItsSigmas) {
@@ -231,4 +231,4 @@ TEST(RealDataCalibration, MapOfTheFloorMatHoldsForFramesNotFittedTo) {
 }
 
 }  // namespace
-}  // namespace tagtwist::calibration_test
+}  // namespace tagtwist::internal::calibration_test

@@ -9,7 +9,7 @@
 #include "frontend/base/statistics/chi_square.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist::gyro_alignment_test {
+namespace tagtwist::internal::gyro_alignment_test {
 namespace {
 
 const Eigen::Quaterniond kCamFromImu = ExpSo3({1.2, -0.9, 0.4});
@@ -101,4 +101,4 @@ TEST(GyroAlignment, WhatLeavesTheMountOpenIsRefused) {
 }
 
 }  // namespace
-}  // namespace tagtwist::gyro_alignment_test
+}  // namespace tagtwist::internal::gyro_alignment_test

@@ -9,7 +9,7 @@
 #include "frontend/base/statistics/chi_square.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist::mapping_test {
+namespace tagtwist::internal::mapping_test {
 namespace {
 
 constexpr double kSizeM = 0.12, kCornerPx = 0.5;
@@ -174,4 +174,4 @@ TEST(Mapping, WhatCannotBePlacedIsSaid) {
 }
 
 }  // namespace
-}  // namespace tagtwist::mapping_test
+}  // namespace tagtwist::internal::mapping_test

@@ -7,7 +7,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/flights/calibration_flight.h"
 
-namespace tagtwist::normals_test {
+namespace tagtwist::internal::normals_test {
 namespace {
 
 struct Scene {
@@ -80,4 +80,4 @@ TEST(CalibrationNormals, MovingThePosesTakesOffWhatIsSaid) {
 }
 
 }  // namespace
-}  // namespace tagtwist::normals_test
+}  // namespace tagtwist::internal::normals_test

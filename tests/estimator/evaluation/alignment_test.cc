@@ -7,7 +7,7 @@
 #include "estimator/evaluation/evaluation.h"
 #include "tests/support/evaluation_data.h"
 
-namespace tagtwist::alignment_test {
+namespace tagtwist::internal::alignment_test {
 namespace {
 
 const Pose kTruthFromWorld = MakePose(ExpSo3({0.3, -0.2, 2.0}), {4, -1, 0.5});
@@ -226,4 +226,4 @@ TEST(Roughness, OfWhiteNoiseIsItsStandardDeviation) {
 }
 
 }  // namespace
-}  // namespace tagtwist::alignment_test
+}  // namespace tagtwist::internal::alignment_test

@@ -11,7 +11,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist::bound_test {
+namespace tagtwist::internal::bound_test {
 namespace {
 
 constexpr double kSigmaPx = 0.1;
@@ -53,7 +53,7 @@ void ExpectBoundHolds(size_t n_tags) {
     auto tags = view.See(kSigmaPx, seed);
     tags.resize(n_tags);
     const Eigen::Matrix<double, 6, 1> e =
-        Difference({Solve(view, tags), {}}, {view.world_from_body, {}}).head<6>();
+        tagtwist::Difference({Solve(view, tags), {}}, {view.world_from_body, {}}).head<6>();
     sample += e * e.transpose() / kDraws;
     nees += e.dot(bound->llt().solve(e)) / kDraws;
   }
@@ -166,4 +166,4 @@ TEST(Bounds, HalfTheNoiseGainsWhatTheReportSays) {
 }
 
 }  // namespace
-}  // namespace tagtwist::bound_test
+}  // namespace tagtwist::internal::bound_test

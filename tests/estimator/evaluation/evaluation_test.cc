@@ -8,7 +8,7 @@
 #include "frontend/types/truth.h"
 #include "tests/support/evaluation_data.h"
 
-namespace tagtwist::evaluation_test {
+namespace tagtwist::internal::evaluation_test {
 namespace {
 
 TruthSample Sample(int64_t t_ns, double x, double yaw, std::optional<Twist> twist = {}) {
@@ -211,4 +211,4 @@ TEST(Nees, SkipsWhatIsNoCovariance) {
 }
 
 }  // namespace
-}  // namespace tagtwist::evaluation_test
+}  // namespace tagtwist::internal::evaluation_test

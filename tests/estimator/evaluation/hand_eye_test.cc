@@ -5,7 +5,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/evaluation_data.h"
 
-namespace tagtwist::hand_eye_test {
+namespace tagtwist::internal::hand_eye_test {
 namespace {
 
 const Pose kTruthFromWorld = MakePose(ExpSo3({-0.2, 0.4, 1.5}), {2, 1, -0.5});
@@ -50,4 +50,4 @@ TEST(HandEye, FewerThanThreePosesWithTruthAreRefused) {
 }
 
 }  // namespace
-}  // namespace tagtwist::hand_eye_test
+}  // namespace tagtwist::internal::hand_eye_test

@@ -9,7 +9,7 @@
 #include "estimator/evaluation/evaluation.h"
 #include "tests/support/evaluation_data.h"
 
-namespace tagtwist::truth_match_test {
+namespace tagtwist::internal::truth_match_test {
 namespace {
 
 // Errors drawn from the covariance that the samples state.
@@ -78,4 +78,4 @@ TEST(TruthMatch, GapsOfTheEstimateAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace tagtwist::truth_match_test
+}  // namespace tagtwist::internal::truth_match_test

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace tagtwist::plausibility_test {
+namespace tagtwist::internal::plausibility_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -62,4 +62,4 @@ TEST(Plausibility, TellsStampsInAnotherUnit) {
 }
 
 }  // namespace
-}  // namespace tagtwist::plausibility_test
+}  // namespace tagtwist::internal::plausibility_test

@@ -7,7 +7,7 @@
 #include "frontend/simulation/named_flights.h"
 #include "frontend/simulation/simulator.h"
 
-namespace tagtwist::set_up_fault_test {
+namespace tagtwist::internal::set_up_fault_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -168,4 +168,4 @@ TEST(SetUpFault, SaysThatTheMapIsAnother) {
 }
 
 }  // namespace
-}  // namespace tagtwist::set_up_fault_test
+}  // namespace tagtwist::internal::set_up_fault_test

@@ -9,7 +9,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist::truth_fault_test {
+namespace tagtwist::internal::truth_fault_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -112,4 +112,4 @@ TEST(TruthFault, NamesAnotherClock) {
 }
 
 }  // namespace
-}  // namespace tagtwist::truth_fault_test
+}  // namespace tagtwist::internal::truth_fault_test

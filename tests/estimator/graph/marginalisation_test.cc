@@ -11,7 +11,7 @@
 #include "residuals/motion_residual.h"
 #include "residuals/prior_residual.h"
 
-namespace tagtwist::marginalisation_test {
+namespace tagtwist::internal::marginalisation_test {
 namespace {
 
 constexpr int kStates = 9;
@@ -145,4 +145,4 @@ TEST(Marginalisation, AnOpenPointTiesNoPose) {
 }
 
 }  // namespace
-}  // namespace tagtwist::marginalisation_test
+}  // namespace tagtwist::internal::marginalisation_test

@@ -12,7 +12,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/window_run.h"
 
-namespace tagtwist::track_planes_test {
+namespace tagtwist::internal::track_planes_test {
 namespace {
 
 using testing::IsEmpty;
@@ -284,4 +284,4 @@ TEST_F(TracksOnAnUnevenMat, BridgeAGapOfTags) {
 }
 
 }  // namespace
-}  // namespace tagtwist::track_planes_test
+}  // namespace tagtwist::internal::track_planes_test

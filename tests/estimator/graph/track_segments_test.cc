@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-namespace tagtwist::track_segments_test {
+namespace tagtwist::internal::track_segments_test {
 namespace {
 
 std::vector<TrackObservation> Views(int frame, int n_tracks) {
@@ -112,4 +112,4 @@ TEST(TrackSegments, RejectedAndOldOnesDoNotGrow) {
 }
 
 }  // namespace
-}  // namespace tagtwist::track_segments_test
+}  // namespace tagtwist::internal::track_segments_test

@@ -8,7 +8,7 @@
 #include "estimator/start/recording_start.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::trajectory_test {
+namespace tagtwist::internal::trajectory_test {
 namespace {
 
 EstimatorSetup SetupFor(const ExactModelOptions& model) { return CourseSetup(GivenNoise(model)); }
@@ -115,4 +115,4 @@ TEST_P(TrajectoryTest, LongWithoutTagsTheCovarianceStaysTrue) {
 }
 
 }  // namespace
-}  // namespace tagtwist::trajectory_test
+}  // namespace tagtwist::internal::trajectory_test

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tagtwist::block_banded_test {
+namespace tagtwist::internal::block_banded_test {
 namespace {
 
 constexpr int kSize = BlockBandedMatrix::kSize;
@@ -62,4 +62,4 @@ TEST(BlockBandedCholesky, TellsAnIndefiniteMatrix) {
 }
 
 }  // namespace
-}  // namespace tagtwist::block_banded_test
+}  // namespace tagtwist::internal::block_banded_test

@@ -12,7 +12,7 @@
 #include <random>
 #include <string>
 
-namespace tagtwist::motion_bank_test {
+namespace tagtwist::internal::motion_bank_test {
 namespace {
 
 constexpr double kSigmaM = 0.5e-3;
@@ -227,4 +227,4 @@ TEST(MotionBank, BothSidesAgreeOnWhatOneSideKnows) {
 }
 
 }  // namespace
-}  // namespace tagtwist::motion_bank_test
+}  // namespace tagtwist::internal::motion_bank_test

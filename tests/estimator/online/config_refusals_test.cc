@@ -6,7 +6,7 @@
 #include "estimator/online/config.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::config_refusals_test {
+namespace tagtwist::internal::config_refusals_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -193,4 +193,4 @@ TEST(ConfigRefusals, DeepNesting) {
 }
 
 }  // namespace
-}  // namespace tagtwist::config_refusals_test
+}  // namespace tagtwist::internal::config_refusals_test

@@ -11,7 +11,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::config_test {
+namespace tagtwist::internal::config_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -221,4 +221,4 @@ TEST(Config, GridWithOneGapForAll) {
 }
 
 }  // namespace
-}  // namespace tagtwist::config_test
+}  // namespace tagtwist::internal::config_test

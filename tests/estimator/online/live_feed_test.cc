@@ -5,7 +5,7 @@
 #include <atomic>
 #include <chrono>
 
-namespace tagtwist::live_feed_test {
+namespace tagtwist::internal::live_feed_test {
 namespace {
 
 constexpr int64_t kMsNs = 1000000;
@@ -94,4 +94,4 @@ TEST(LiveFeed, AnErrorComesThrough) {
 }
 
 }  // namespace
-}  // namespace tagtwist::live_feed_test
+}  // namespace tagtwist::internal::live_feed_test

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-namespace tagtwist::newest_queue_test {
+namespace tagtwist::internal::newest_queue_test {
 namespace {
 
 TEST(NewestQueue, KeepsTheOrderWhileThereIsRoom) {
@@ -38,4 +38,4 @@ TEST(NewestQueue, HoldsOneAtLeastAndWhatCannotBeCopied) {
 }
 
 }  // namespace
-}  // namespace tagtwist::newest_queue_test
+}  // namespace tagtwist::internal::newest_queue_test

@@ -11,7 +11,7 @@
 #include "estimator/batch/batch.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::on_threads_test {
+namespace tagtwist::internal::on_threads_test {
 namespace {
 
 TEST(OnThreads, CoverEveryIndexOnce) {
@@ -95,4 +95,4 @@ TEST(ForRanges, HowABatchIsSplitChangesNoBit) {
 }
 
 }  // namespace
-}  // namespace tagtwist::on_threads_test
+}  // namespace tagtwist::internal::on_threads_test

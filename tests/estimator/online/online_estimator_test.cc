@@ -6,7 +6,7 @@
 #include "estimator/online/guidance.h"
 #include "tests/support/flights/flight_scene.h"
 
-namespace tagtwist::online_estimator_test {
+namespace tagtwist::internal::online_estimator_test {
 namespace {
 
 constexpr int kFrames = 12;
@@ -124,4 +124,4 @@ TEST(OnlineEstimator, RefusesWhatCannotBeAndGoesOn) {
 }
 
 }  // namespace
-}  // namespace tagtwist::online_estimator_test
+}  // namespace tagtwist::internal::online_estimator_test

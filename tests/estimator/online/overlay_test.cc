@@ -9,7 +9,7 @@
 #include "frontend/io/images/video_file.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::overlay_test {
+namespace tagtwist::internal::overlay_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -123,4 +123,4 @@ TEST(Overlay, RefusesOtherNamesAndPlaces) {
 }
 
 }  // namespace
-}  // namespace tagtwist::overlay_test
+}  // namespace tagtwist::internal::overlay_test

@@ -7,7 +7,7 @@
 #include "estimator/report/findings/verdict.h"
 #include "tests/support/flights/calibration_flight.h"
 
-namespace tagtwist::findings_test {
+namespace tagtwist::internal::findings_test {
 namespace {
 
 using testing::HasSubstr;
@@ -232,4 +232,4 @@ TEST(Findings, StretchesAreTheLongestInOrderOfTime) {
 }
 
 }  // namespace
-}  // namespace tagtwist::findings_test
+}  // namespace tagtwist::internal::findings_test

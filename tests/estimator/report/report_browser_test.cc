@@ -13,7 +13,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::report_browser_test {
+namespace tagtwist::internal::report_browser_test {
 namespace {
 
 // What a command prints on both outputs.
@@ -91,4 +91,4 @@ TEST_F(ReportBrowser, AFaultWouldBeSeen) {
 }
 
 }  // namespace
-}  // namespace tagtwist::report_browser_test
+}  // namespace tagtwist::internal::report_browser_test

@@ -16,7 +16,7 @@
 #include "frontend/io/trajectories/vicon.h"
 #include "tests/support/flights/synthetic_estimate.h"
 
-namespace tagtwist::report_test {
+namespace tagtwist::internal::report_test {
 namespace {
 
 std::string Report(const Estimate& estimate, bool truth = true) {
@@ -178,4 +178,4 @@ TEST(Pictures, HistogramOfNothingIsNothing) {
 }
 
 }  // namespace
-}  // namespace tagtwist::report_test
+}  // namespace tagtwist::internal::report_test

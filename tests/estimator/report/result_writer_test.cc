@@ -14,7 +14,7 @@
 #include "tests/support/flights/synthetic_estimate.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::result_writer_test {
+namespace tagtwist::internal::result_writer_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -227,4 +227,4 @@ TEST(CovarianceCsv, WithoutItThereIsNoNees) {
 }
 
 }  // namespace
-}  // namespace tagtwist::result_writer_test
+}  // namespace tagtwist::internal::result_writer_test

@@ -10,7 +10,7 @@
 #include "estimator/report/findings/comparison_table.h"
 #include "tests/support/flights/synthetic_estimate.h"
 
-namespace tagtwist::summary_json_test {
+namespace tagtwist::internal::summary_json_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -135,4 +135,4 @@ TEST(Summary, TextOfNamesThatAreNotUtf8IsStillJson) {
 }
 
 }  // namespace
-}  // namespace tagtwist::summary_json_test
+}  // namespace tagtwist::internal::summary_json_test

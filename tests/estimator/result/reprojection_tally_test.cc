@@ -4,7 +4,7 @@
 
 #include "frontend/types/so3.h"
 
-namespace tagtwist::reprojection_tally_test {
+namespace tagtwist::internal::reprojection_tally_test {
 namespace {
 
 constexpr int64_t kSecond = 1'000'000'000;
@@ -94,4 +94,4 @@ TEST(ReprojectionTally, ManyIntervalsAreBridged) {
 }
 
 }  // namespace
-}  // namespace tagtwist::reprojection_tally_test
+}  // namespace tagtwist::internal::reprojection_tally_test

@@ -10,7 +10,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::tag_audit_test {
+namespace tagtwist::internal::tag_audit_test {
 namespace {
 
 using ::testing::Contains;
@@ -235,4 +235,4 @@ TEST(ThinnedSample, IsSpreadOverAllThatCameAndBounded) {
 }
 
 }  // namespace
-}  // namespace tagtwist::tag_audit_test
+}  // namespace tagtwist::internal::tag_audit_test

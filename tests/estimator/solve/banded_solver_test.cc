@@ -15,7 +15,7 @@
 #include "estimator/start/recording_start.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::banded_solver_test {
+namespace tagtwist::internal::banded_solver_test {
 namespace {
 
 // The graph of a flight at its start.
@@ -188,4 +188,4 @@ TEST(BandedSolver, TakesNoPoints) {
 }
 
 }  // namespace
-}  // namespace tagtwist::banded_solver_test
+}  // namespace tagtwist::internal::banded_solver_test

@@ -4,7 +4,7 @@
 
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::contradictions_test {
+namespace tagtwist::internal::contradictions_test {
 namespace {
 
 constexpr double kSigmaPx = 0.2;
@@ -87,4 +87,4 @@ TEST(Contradictions, RevisionLeavesOutAndTakesInAgain) {
 }
 
 }  // namespace
-}  // namespace tagtwist::contradictions_test
+}  // namespace tagtwist::internal::contradictions_test

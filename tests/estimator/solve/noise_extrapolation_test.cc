@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace tagtwist::noise_extrapolation_test {
+namespace tagtwist::internal::noise_extrapolation_test {
 namespace {
 
 // Every member away from its limit by `off`, in the logarithm.
@@ -49,4 +49,4 @@ TEST(NoiseExtrapolation, AJumpIsAtMostAFactorOfESquared) {
 }
 
 }  // namespace
-}  // namespace tagtwist::noise_extrapolation_test
+}  // namespace tagtwist::internal::noise_extrapolation_test

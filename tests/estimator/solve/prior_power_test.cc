@@ -14,7 +14,7 @@
 #include "tests/support/flights/simulated_flight.h"
 #include "tests/support/flights/window_run.h"
 
-namespace tagtwist::prior_power_test {
+namespace tagtwist::internal::prior_power_test {
 namespace {
 
 Solution Solved(const ExactModelOptions& model, const std::vector<FrameMeasurements>& frames) {
@@ -136,4 +136,4 @@ TEST(PriorPower, AGapKeepsItsCovariance) {
 }
 
 }  // namespace
-}  // namespace tagtwist::prior_power_test
+}  // namespace tagtwist::internal::prior_power_test

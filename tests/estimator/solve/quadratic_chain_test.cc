@@ -11,7 +11,7 @@
 #include "estimator/start/recording_start.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::quadratic_chain_test {
+namespace tagtwist::internal::quadratic_chain_test {
 namespace {
 
 // A flight at its start, its noise open.
@@ -167,4 +167,4 @@ TEST(QuadraticChain, TakesNoPointsAndNoStampTwice) {
 }
 
 }  // namespace
-}  // namespace tagtwist::quadratic_chain_test
+}  // namespace tagtwist::internal::quadratic_chain_test

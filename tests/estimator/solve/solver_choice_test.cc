@@ -7,7 +7,7 @@
 #include "estimator/online/config.h"
 #include "tests/support/flights/bench_flights.h"
 
-namespace tagtwist::solver_choice_test {
+namespace tagtwist::internal::solver_choice_test {
 namespace {
 
 // The noise that was found, as one that is given.
@@ -80,4 +80,4 @@ TEST_P(SolverChoice, CeresEndsWhereTheBandsDo) {
 }
 
 }  // namespace
-}  // namespace tagtwist::solver_choice_test
+}  // namespace tagtwist::internal::solver_choice_test

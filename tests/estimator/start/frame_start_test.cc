@@ -6,7 +6,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::frame_start_test {
+namespace tagtwist::internal::frame_start_test {
 namespace {
 
 TEST(FrameStart, WithinReachIsTenMetresAndTwentyRadiansASecondAndTheNoise) {
@@ -88,4 +88,4 @@ TEST(FrameStart, TagsThatTheMotionExcludesAreLeftOutAndTold) {
 }
 
 }  // namespace
-}  // namespace tagtwist::frame_start_test
+}  // namespace tagtwist::internal::frame_start_test

@@ -5,7 +5,7 @@
 #include "frontend/types/rig.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist::mirror_test {
+namespace tagtwist::internal::mirror_test {
 namespace {
 
 constexpr double kTiltRad = 0.4;
@@ -74,4 +74,4 @@ TEST(Mirror, NoTagsAndTwoPlanesHaveNone) {
 }
 
 }  // namespace
-}  // namespace tagtwist::mirror_test
+}  // namespace tagtwist::internal::mirror_test

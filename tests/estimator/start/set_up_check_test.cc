@@ -8,7 +8,7 @@
 #include "estimator/start/corner_order.h"
 #include "tests/support/flights/tag_views.h"
 
-namespace tagtwist::set_up_check_test {
+namespace tagtwist::internal::set_up_check_test {
 namespace {
 
 using testing::HasSubstr;
@@ -137,4 +137,4 @@ TEST(SetUpCheck, TellsTheFactorOfAllSizes) {
 }
 
 }  // namespace
-}  // namespace tagtwist::set_up_check_test
+}  // namespace tagtwist::internal::set_up_check_test

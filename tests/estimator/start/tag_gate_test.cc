@@ -8,7 +8,7 @@
 #include "frontend/geometry/quad_shape.h"
 #include "tests/support/flights/tag_views.h"
 
-namespace tagtwist::tag_gate_test {
+namespace tagtwist::internal::tag_gate_test {
 namespace {
 
 TEST(SquareMisfit, HasTwoDegreesOfFreedomLeft) {
@@ -108,4 +108,4 @@ TEST(TagGate, RefusesCornersThatAreBentInwards) {
 }
 
 }  // namespace
-}  // namespace tagtwist::tag_gate_test
+}  // namespace tagtwist::internal::tag_gate_test

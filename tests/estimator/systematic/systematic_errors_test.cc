@@ -17,7 +17,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/simulated_flight.h"
 
-namespace tagtwist::systematic_errors_test {
+namespace tagtwist::internal::systematic_errors_test {
 namespace {
 
 using testing::AllOf;
@@ -296,4 +296,4 @@ TEST(SystematicErrors, WidenTheCovarianceAndLeaveTheStatesAlone) {
 }
 
 }  // namespace
-}  // namespace tagtwist::systematic_errors_test
+}  // namespace tagtwist::internal::systematic_errors_test

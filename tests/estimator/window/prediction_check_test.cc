@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace tagtwist::prediction_check_test {
+namespace tagtwist::internal::prediction_check_test {
 namespace {
 
 constexpr double kRateHz = 50;
@@ -60,4 +60,4 @@ TEST(PredictionCheck, BeyondTheLongestHorizonItGoesOnAsASquare) {
 }
 
 }  // namespace
-}  // namespace tagtwist::prediction_check_test
+}  // namespace tagtwist::internal::prediction_check_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/flights/window_run.h"
 
-namespace tagtwist::situations_test {
+namespace tagtwist::internal::situations_test {
 namespace {
 
 constexpr Situation kAll[] = {Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,
@@ -55,4 +55,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Situations, testing::ValuesIn(kAll),
                          });
 
 }  // namespace
-}  // namespace tagtwist::situations_test
+}  // namespace tagtwist::internal::situations_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tagtwist::stamp_check_test {
+namespace tagtwist::internal::stamp_check_test {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
@@ -31,4 +31,4 @@ TEST(StampCheck, GapsJitterAndOtherRatesAreNoBursts) {
 }
 
 }  // namespace
-}  // namespace tagtwist::stamp_check_test
+}  // namespace tagtwist::internal::stamp_check_test

@@ -11,7 +11,7 @@
 #include "tests/support/flights/tag_scene.h"
 #include "tests/support/flights/window_run.h"
 
-namespace tagtwist::window_choice_test {
+namespace tagtwist::internal::window_choice_test {
 namespace {
 
 constexpr double kRateHz = 50;
@@ -239,4 +239,4 @@ TEST(WindowChoice, ALongStretchWithoutTagsEndsNothing) {
 }
 
 }  // namespace
-}  // namespace tagtwist::window_choice_test
+}  // namespace tagtwist::internal::window_choice_test

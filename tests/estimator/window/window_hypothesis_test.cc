@@ -8,7 +8,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::window_hypothesis_test {
+namespace tagtwist::internal::window_hypothesis_test {
 namespace {
 
 WindowHypothesis Account(double settled_cost, double cost, double turn_rad) {
@@ -157,4 +157,4 @@ TEST(WindowHypothesis, WhatLeavesLivesOnInThePrior) {
 }
 
 }  // namespace
-}  // namespace tagtwist::window_hypothesis_test
+}  // namespace tagtwist::internal::window_hypothesis_test

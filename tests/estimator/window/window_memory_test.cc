@@ -4,7 +4,7 @@
 #include "estimator/window/sliding_window.h"
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist::window_memory_test {
+namespace tagtwist::internal::window_memory_test {
 namespace {
 
 // Bytes that malloc has given out; nothing where something else allocates, as under the sanitizers.
@@ -34,4 +34,4 @@ TEST(WindowMemory, DoesNotGrowWithTheFlight) {
 }
 
 }  // namespace
-}  // namespace tagtwist::window_memory_test
+}  // namespace tagtwist::internal::window_memory_test

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace tagtwist::camera_test {
+namespace tagtwist::internal::camera_test {
 namespace {
 
 struct NamedLens {
@@ -168,4 +168,4 @@ TEST(Camera, NotANumberIsAProblemInEveryCoefficient) {
 }
 
 }  // namespace
-}  // namespace tagtwist::camera_test
+}  // namespace tagtwist::internal::camera_test

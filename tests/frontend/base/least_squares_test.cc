@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace tagtwist::least_squares_test {
+namespace tagtwist::internal::least_squares_test {
 namespace {
 
 // Rosenbrock's valley as least squares: residuals 10 (y - x^2) and 1 - x.
@@ -161,4 +161,4 @@ TEST(QuadraticForm, IsTheSquareThatItWasMadeOf) {
 }
 
 }  // namespace
-}  // namespace tagtwist::least_squares_test
+}  // namespace tagtwist::internal::least_squares_test

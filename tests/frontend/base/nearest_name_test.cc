@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tagtwist::nearest_name_test {
+namespace tagtwist::internal::nearest_name_test {
 namespace {
 
 TEST(NearestName, FindsWhatWasMeant) {
@@ -29,4 +29,4 @@ TEST(NearestName, CountsEdits) {
 }
 
 }  // namespace
-}  // namespace tagtwist::nearest_name_test
+}  // namespace tagtwist::internal::nearest_name_test

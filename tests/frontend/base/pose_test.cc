@@ -9,7 +9,7 @@
 #include "frontend/types/nees.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist::pose_test {
+namespace tagtwist::internal::pose_test {
 namespace {
 
 Pose SomePose() { return MakePose(ExpSo3({0.3, -1.1, 0.7}), {1, -2, 0.5}); }
@@ -98,4 +98,4 @@ TEST(Nees, IsNotThereWithoutACovariance) {
 }
 
 }  // namespace
-}  // namespace tagtwist::pose_test
+}  // namespace tagtwist::internal::pose_test

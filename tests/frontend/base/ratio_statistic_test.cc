@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace tagtwist::ratio_statistic_test {
+namespace tagtwist::internal::ratio_statistic_test {
 namespace {
 
 // Blocks of unequal size whose values have a common part: plain standard deviations would be too
@@ -78,4 +78,4 @@ TEST(RatioStatistic, SignificanceGrowsWithTheTests) {
 }
 
 }  // namespace
-}  // namespace tagtwist::ratio_statistic_test
+}  // namespace tagtwist::internal::ratio_statistic_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace tagtwist::so3_test {
+namespace tagtwist::internal::so3_test {
 namespace {
 
 Eigen::Vector3d RandomVector(std::mt19937& rng, double scale) {
@@ -67,4 +67,4 @@ TEST(So3, DerivativeOfInverseJacobianTimesVectorMatchesNumericOne) {
 }
 
 }  // namespace
-}  // namespace tagtwist::so3_test
+}  // namespace tagtwist::internal::so3_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tagtwist::tag_family_test {
+namespace tagtwist::internal::tag_family_test {
 namespace {
 
 // Official prints of circle tags are paper outside the circle; the family has no bits there.
@@ -34,4 +34,4 @@ TEST(TagFamily, BordersOfOthersAreBlack) {
 }
 
 }  // namespace
-}  // namespace tagtwist::tag_family_test
+}  // namespace tagtwist::internal::tag_family_test

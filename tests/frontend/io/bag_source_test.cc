@@ -17,7 +17,7 @@
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::bag_source_test {
+namespace tagtwist::internal::bag_source_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -243,4 +243,4 @@ TEST_F(Bag, DamageIsRefusedInOneLine) {
 }
 
 }  // namespace
-}  // namespace tagtwist::bag_source_test
+}  // namespace tagtwist::internal::bag_source_test

@@ -10,7 +10,7 @@
 #include "tests/support/formats/spoiled_text.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::camera_file_test {
+namespace tagtwist::internal::camera_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -199,4 +199,4 @@ TEST(CameraFile, IsNamedInAConfigurationBesideIt) {
 }
 
 }  // namespace
-}  // namespace tagtwist::camera_file_test
+}  // namespace tagtwist::internal::camera_file_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tagtwist::csv_test {
+namespace tagtwist::internal::csv_test {
 namespace {
 
 CsvTable ParseGood(const std::string& text) {
@@ -132,4 +132,4 @@ TEST(NumberText, QuotedTextIsOneShortLine) {
 }
 
 }  // namespace
-}  // namespace tagtwist::csv_test
+}  // namespace tagtwist::internal::csv_test

@@ -6,7 +6,7 @@
 #include "tests/support/dataset_fixture.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::dataset_round_trip_test {
+namespace tagtwist::internal::dataset_round_trip_test {
 namespace {
 
 struct FormatCase {
@@ -220,4 +220,4 @@ TEST(DatasetWriter, PosesAloneMakeTruthWithoutTwist) {
 }
 
 }  // namespace
-}  // namespace tagtwist::dataset_round_trip_test
+}  // namespace tagtwist::internal::dataset_round_trip_test

@@ -6,7 +6,7 @@
 #include "tests/support/dataset_fixture.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::euroc_source_test {
+namespace tagtwist::internal::euroc_source_test {
 namespace {
 
 class EurocSource : public ::testing::Test {
@@ -93,4 +93,4 @@ TEST_F(EurocSource, RefusesBadFiles) {
 }
 
 }  // namespace
-}  // namespace tagtwist::euroc_source_test
+}  // namespace tagtwist::internal::euroc_source_test

@@ -6,7 +6,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::field_maps_test {
+namespace tagtwist::internal::field_maps_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -76,4 +76,4 @@ TEST_F(FieldMaps, TagSlamsBodiesWithoutAPoseAndBoardsAreRefused) {
 }
 
 }  // namespace
-}  // namespace tagtwist::field_maps_test
+}  // namespace tagtwist::internal::field_maps_test

@@ -8,7 +8,7 @@
 #include "tests/support/dataset_fixture.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::folder_source_test {
+namespace tagtwist::internal::folder_source_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -246,4 +246,4 @@ TEST(RealDataFolder, CourseFramesAndFloorMat) {
 }
 
 }  // namespace
-}  // namespace tagtwist::folder_source_test
+}  // namespace tagtwist::internal::folder_source_test

@@ -7,7 +7,7 @@
 #include "tests/support/dataset_fixture.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::ground_truth_io_test {
+namespace tagtwist::internal::ground_truth_io_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -185,4 +185,4 @@ TEST(RealDataGroundTruth, ViconFilesAgreeWithTheEulerOrder) {
 }
 
 }  // namespace
-}  // namespace tagtwist::ground_truth_io_test
+}  // namespace tagtwist::internal::ground_truth_io_test

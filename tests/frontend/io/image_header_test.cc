@@ -7,7 +7,7 @@
 
 #include "frontend/io/images/image_file.h"
 
-namespace tagtwist::image_header_test {
+namespace tagtwist::internal::image_header_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -46,4 +46,4 @@ TEST(ImageHeader, AbsurdSizesAreNotDecoded) {
 }
 
 }  // namespace
-}  // namespace tagtwist::image_header_test
+}  // namespace tagtwist::internal::image_header_test

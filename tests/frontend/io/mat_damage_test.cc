@@ -1,7 +1,7 @@
 // Truncated, damaged and foreign .mat files are refused in one line.
 #include "tests/support/formats/mat_fixture.h"
 
-namespace tagtwist::mat_damage_test {
+namespace tagtwist::internal::mat_damage_test {
 namespace {
 
 using ::testing::StartsWith;
@@ -73,4 +73,4 @@ TEST_F(MatDamage, FlippedBytesNeverCrash) {
 }
 
 }  // namespace
-}  // namespace tagtwist::mat_damage_test
+}  // namespace tagtwist::internal::mat_damage_test

@@ -6,7 +6,7 @@
 #include "frontend/io/mat/mat_file.h"
 #include "tests/support/formats/mat_fixture.h"
 
-namespace tagtwist::mat_source_test {
+namespace tagtwist::internal::mat_source_test {
 namespace {
 
 constexpr std::array<std::pair<bool, mat_ft>, 4> kKinds = {
@@ -266,4 +266,4 @@ TEST(RealDataMat, OneGenuinePacket) {
 }
 
 }  // namespace
-}  // namespace tagtwist::mat_source_test
+}  // namespace tagtwist::internal::mat_source_test

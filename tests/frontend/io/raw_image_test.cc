@@ -5,7 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace tagtwist::raw_image_test {
+namespace tagtwist::internal::raw_image_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -87,4 +87,4 @@ TEST(RawImage, WhatDoesNotFitIsRefused) {
 }
 
 }  // namespace
-}  // namespace tagtwist::raw_image_test
+}  // namespace tagtwist::internal::raw_image_test

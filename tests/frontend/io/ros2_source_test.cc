@@ -10,7 +10,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::ros2_source_test {
+namespace tagtwist::internal::ros2_source_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -139,4 +139,4 @@ TEST_F(Ros2Bags, AHostileMessageIsABadImage) {
 }
 
 }  // namespace
-}  // namespace tagtwist::ros2_source_test
+}  // namespace tagtwist::internal::ros2_source_test

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace tagtwist::stamp_unit_test {
+namespace tagtwist::internal::stamp_unit_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -59,4 +59,4 @@ TEST(StampUnit, ImpossibleRatesAreFoundWithoutADate) {
 }
 
 }  // namespace
-}  // namespace tagtwist::stamp_unit_test
+}  // namespace tagtwist::internal::stamp_unit_test

@@ -17,7 +17,7 @@
 #include "tests/support/formats/spoiled_text.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::tag_map_file_test {
+namespace tagtwist::internal::tag_map_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -195,4 +195,4 @@ TEST(TagMapFile, IsNamedInAConfigurationBesideIt) {
 }
 
 }  // namespace
-}  // namespace tagtwist::tag_map_file_test
+}  // namespace tagtwist::internal::tag_map_file_test

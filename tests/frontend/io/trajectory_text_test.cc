@@ -11,7 +11,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::trajectory_text_test {
+namespace tagtwist::internal::trajectory_text_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -274,4 +274,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace tagtwist::trajectory_text_test
+}  // namespace tagtwist::internal::trajectory_text_test

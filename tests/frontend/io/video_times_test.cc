@@ -12,7 +12,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::video_times_test {
+namespace tagtwist::internal::video_times_test {
 namespace {
 
 using Stamps = std::vector<int64_t>;
@@ -75,4 +75,4 @@ TEST(VideoTimes, WithoutAnyTimeTheRateCounts) {
 }
 
 }  // namespace
-}  // namespace tagtwist::video_times_test
+}  // namespace tagtwist::internal::video_times_test

@@ -3,7 +3,7 @@
 
 #include "frontend/io/setup/yaml_tree.h"
 
-namespace tagtwist::yaml_documents_test {
+namespace tagtwist::internal::yaml_documents_test {
 namespace {
 
 // As rostopic echo prints a message.
@@ -25,4 +25,4 @@ TEST(YamlDocuments, TwoAreRefused) {
 }
 
 }  // namespace
-}  // namespace tagtwist::yaml_documents_test
+}  // namespace tagtwist::internal::yaml_documents_test

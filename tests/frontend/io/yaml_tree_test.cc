@@ -5,7 +5,7 @@
 
 #include <chrono>
 
-namespace tagtwist::yaml_tree_test {
+namespace tagtwist::internal::yaml_tree_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -90,4 +90,4 @@ TEST(YamlTree, BoundsAreMetBeforeMemoryIsSpent) {
 }
 
 }  // namespace
-}  // namespace tagtwist::yaml_tree_test
+}  // namespace tagtwist::internal::yaml_tree_test

@@ -8,7 +8,7 @@
 #include "frontend/base/statistics/random_stream.h"
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist::pattern_fit_test {
+namespace tagtwist::internal::pattern_fit_test {
 namespace {
 
 using Corners = std::array<Eigen::Vector2d, 4>;
@@ -90,4 +90,4 @@ TEST(PatternFit, WithoutContrastThereIsNone) {
 }
 
 }  // namespace
-}  // namespace tagtwist::pattern_fit_test
+}  // namespace tagtwist::internal::pattern_fit_test

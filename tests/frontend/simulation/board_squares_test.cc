@@ -4,7 +4,7 @@
 
 #include "frontend/types/tag_family.h"
 
-namespace tagtwist::board_squares_test {
+namespace tagtwist::internal::board_squares_test {
 namespace {
 
 // Two rows of three tags, turned and moved in space.
@@ -41,4 +41,4 @@ TEST(BoardSquares, OthersHaveNone) {
 }
 
 }  // namespace
-}  // namespace tagtwist::board_squares_test
+}  // namespace tagtwist::internal::board_squares_test

@@ -10,7 +10,7 @@
 #include "frontend/simulation/renderer.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist::renderer_rays_test {
+namespace tagtwist::internal::renderer_rays_test {
 namespace {
 
 // No blur, no noise, no shading, no scribble.
@@ -154,4 +154,4 @@ INSTANTIATE_TEST_SUITE_P(Lens, RendererRays,
                          });
 
 }  // namespace
-}  // namespace tagtwist::renderer_rays_test
+}  // namespace tagtwist::internal::renderer_rays_test

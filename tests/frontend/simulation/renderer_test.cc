@@ -10,7 +10,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/edge_fit.h"
 
-namespace tagtwist::renderer_test {
+namespace tagtwist::internal::renderer_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -265,4 +265,4 @@ TEST(Renderer, RefusesBadOptions) {
 }
 
 }  // namespace
-}  // namespace tagtwist::renderer_test
+}  // namespace tagtwist::internal::renderer_test

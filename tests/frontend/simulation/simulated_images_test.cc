@@ -10,7 +10,7 @@
 #include "frontend/types/so3.h"
 #include "tests/support/edge_fit.h"
 
-namespace tagtwist::simulated_images_test {
+namespace tagtwist::internal::simulated_images_test {
 namespace {
 
 constexpr int64_t kSecond = 1000000000;
@@ -173,4 +173,4 @@ TEST(SimulatedImages, EveryFamilyThatIsQuickToLoadIsReadBack) {
 }
 
 }  // namespace
-}  // namespace tagtwist::simulated_images_test
+}  // namespace tagtwist::internal::simulated_images_test

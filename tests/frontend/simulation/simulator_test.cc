@@ -10,7 +10,7 @@
 #include "frontend/simulation/named_flights.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist::simulator_test {
+namespace tagtwist::internal::simulator_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -237,4 +237,4 @@ TEST(Simulator, StampsGrowAndStayInside) {
 }
 
 }  // namespace
-}  // namespace tagtwist::simulator_test
+}  // namespace tagtwist::internal::simulator_test

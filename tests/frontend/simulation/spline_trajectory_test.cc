@@ -12,7 +12,7 @@
 #include "frontend/types/camera.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist::spline_trajectory_test {
+namespace tagtwist::internal::spline_trajectory_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -194,4 +194,4 @@ TEST(RealDataSpline, FollowsTheViconPaths) {
 }
 
 }  // namespace
-}  // namespace tagtwist::spline_trajectory_test
+}  // namespace tagtwist::internal::spline_trajectory_test

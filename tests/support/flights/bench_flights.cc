@@ -10,7 +10,7 @@
 #include "frontend/tags/find_tags.h"
 #include "frontend/tags/tag_detector.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr uint64_t kHeightPurpose = 0x6265;  // of the random stream: apart from the simulator's
@@ -102,4 +102,4 @@ Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, d
   return run;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/simulation/simulator.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// One row of the grid: a named flight over the course's mat, and what is hard about it.
 struct BenchFlight {
@@ -35,4 +35,4 @@ struct BenchRun {
 Result<BenchRun> MakeBenchRun(const BenchFlight& flight, const Config& config, double duration_s,
                               uint64_t seed);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 class ErrorDraw {
@@ -157,4 +157,4 @@ CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options)
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

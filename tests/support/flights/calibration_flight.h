@@ -10,7 +10,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// How the body moves over the mat.
 enum class CalibrationMotion {
@@ -72,4 +72,4 @@ inline CalibrationFlightOptions ShortFlight() {
   return options;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

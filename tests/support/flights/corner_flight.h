@@ -10,7 +10,7 @@
 #include "frontend/simulation/simulator.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 // Rendered flights over the mat of the course for tests of the corner refiner.
 
@@ -68,4 +68,4 @@ inline CornerRefiner MakeRefiner(const Camera& camera = {}) {
   return std::move(*refiner);
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

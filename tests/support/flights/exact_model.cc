@@ -8,7 +8,7 @@
 #include "estimator/online/config.h"
 #include "frontend/types/so3.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 class Draw {
@@ -143,4 +143,4 @@ ExactModelFlight DrawFlight(const ExactModelOptions& options, const EstimatorSet
   return flight;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

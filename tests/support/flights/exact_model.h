@@ -9,7 +9,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A flight over the course's mat drawn from the estimator's own model: states from its motion
 /// prior, corners with Gaussian noise. What an estimator says of its errors must then hold.
@@ -56,4 +56,4 @@ EstimatorSetup CourseSetup(const EstimatorOptions& options = {});
 /// The set-up that a solver's setup was made of.
 SetUp SetUpOf(const EstimatorSetup& setup);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

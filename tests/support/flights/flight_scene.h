@@ -5,7 +5,7 @@
 #include "frontend/simulation/simulator.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A simulated flight over a map with the course's camera and mount.
 struct RenderedFlight {
@@ -26,4 +26,4 @@ inline RenderedFlight MakeRenderedFlight(const std::string& name, const TagMap& 
   return {*trajectory, std::move(*simulator)};
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

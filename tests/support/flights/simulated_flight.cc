@@ -4,7 +4,7 @@
 #include "frontend/simulation/named_flights.h"
 #include "frontend/simulation/simulator.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 SimulatedFlight SimulateCorners(const std::string& name, double duration_s, double rate_hz) {
   const Config config = DefaultConfig();
@@ -28,4 +28,4 @@ SimulatedFlight SimulateCorners(const std::string& name, double duration_s, doub
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

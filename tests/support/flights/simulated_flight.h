@@ -5,7 +5,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A named flight over the course's mat, 1.2 m up: corners with noise of 0.15 px, steady stamps.
 struct SimulatedFlight {
@@ -15,4 +15,4 @@ struct SimulatedFlight {
 
 SimulatedFlight SimulateCorners(const std::string& name, double duration_s, double rate_hz = 49);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

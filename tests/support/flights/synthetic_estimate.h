@@ -7,7 +7,7 @@
 #include "estimator/result/run_facts.h"
 #include "tests/support/evaluation_data.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What an estimator would say of the smooth flight of evaluation_data.h: optimised states drawn
 /// from their own covariance, a closed form with ten times that error and low-passed noise, every
@@ -70,4 +70,4 @@ inline RunFacts SyntheticFacts(const std::string& dataset, size_t frames) {
   return facts;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -9,7 +9,7 @@
 #include "frontend/types/so3.h"
 #include "frontend/types/tag_map.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// The course's extrinsic, seed Eq. 1.
 inline Pose CourseCamFromBody() {
@@ -57,4 +57,4 @@ inline double PositionErrorM(const Pose& a, const Pose& b) {
   return (a.translation() - b.translation()).norm();
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

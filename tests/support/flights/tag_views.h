@@ -5,7 +5,7 @@
 
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Where tags hang in a scene that is drawn.
 enum class TagPlaces { kOne, kRow, kFloor, kWall, kCeiling, kRoom };
@@ -126,4 +126,4 @@ inline TagDetection DrawPhantom(const TagViews& views, std::mt19937_64* engine) 
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -6,7 +6,7 @@
 
 #include "tests/support/flights/exact_model.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 WindowRun RunWindow(const EstimatorSetup& setup,
                     const std::vector<FrameMeasurements>& measurements) {
@@ -23,4 +23,4 @@ WindowRun RunWindow(const EstimatorSetup& setup,
   return run;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -4,7 +4,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/window/sliding_window.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What a window says of a recording: each frame once at its arrival, and once at the lag.
 struct WindowRun {
@@ -15,4 +15,4 @@ struct WindowRun {
 WindowRun RunWindow(const EstimatorSetup& setup,
                     const std::vector<FrameMeasurements>& measurements);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

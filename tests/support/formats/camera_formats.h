@@ -3,7 +3,7 @@
 
 #include "frontend/types/camera.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A 752 x 480 camera with a lens, and the same camera as each program writes it.
 inline Camera WideCamera() {
@@ -122,4 +122,4 @@ constexpr const char* kOwnCamera = R"(camera:
   distortion: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
 )";
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

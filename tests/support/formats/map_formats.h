@@ -1,6 +1,6 @@
 #pragma once
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Two tags of 0.2 m, ids 0 and 1, 0.25 m from centre to centre, as each program writes them.
 constexpr const char* kKalibrGrid = R"(target_type: 'aprilgrid' #gridtype
@@ -63,4 +63,4 @@ constexpr const char* kOwnMap = R"(tag_map:
     - {id: 4, size_m: 0.2, position_m: [1, 0.2, 0.3], rotation: [0, 0, -1, -1, 0, 0, 0, 1, 0]}
 )";
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

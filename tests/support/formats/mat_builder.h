@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Makes .mat files of any shape, right or wrong.
 class MatBuilder {
@@ -73,4 +73,4 @@ class MatBuilder {
   std::vector<matvar_t*> variables_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "tests/support/formats/mat_builder.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 using M = MatBuilder;
 
@@ -86,4 +86,4 @@ class MatSource : public ::testing::Test {
   MatBuilder builder_;
 };
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

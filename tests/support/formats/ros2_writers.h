@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 // ROS 2 bags, written record by record.
 
@@ -200,4 +200,4 @@ inline std::vector<Message> Ros2Recording() {
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A file's text with one thing wrong in it.
 struct BadText {
@@ -31,4 +31,4 @@ inline ::testing::Matcher<const std::string&> NamesTheFault(const BadText& bad) 
                           ::testing::Not(::testing::HasSubstr("\n")));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

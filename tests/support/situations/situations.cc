@@ -9,7 +9,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/tag_scene.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr double kDurationS = 16, kPi2 = 6.283185307179586;
@@ -184,4 +184,4 @@ SituationScore Judge(const SituationDraw& draw, const std::vector<FrameEstimate>
   return out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

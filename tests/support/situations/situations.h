@@ -7,7 +7,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// What happens in a recording over the course's mat.
 enum class Situation {
@@ -43,4 +43,4 @@ struct SituationScore {
 };
 SituationScore Judge(const SituationDraw& draw, const std::vector<FrameEstimate>& frames);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

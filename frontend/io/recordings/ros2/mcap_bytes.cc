@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 // What a chunk may unpack to, whatever it says: so much always, more where it is that much itself.
@@ -71,4 +71,4 @@ Result<std::string> UnpackMcapChunk(std::string_view chunk) {
   return *out;
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -5,7 +5,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// No record of a file, and no chunk unpacked, is taken that is larger [bytes].
 inline constexpr uint64_t kLargestMcapRecord = uint64_t{1} << 30;
@@ -49,4 +49,4 @@ class McapBytes {
 /// any name.
 Result<std::string> UnpackMcapChunk(std::string_view chunk);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 
 #include "frontend/base/result.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// A topic of a ROS 2 bag: "/cam0/image_raw", "sensor_msgs/msg/Image".
 struct Ros2Topic {
@@ -49,4 +49,4 @@ Result<std::unique_ptr<Ros2Bag>> OpenRos2Mcap(const std::string& path);
 bool IsRos2Sqlite(const std::string& path);
 bool IsRos2Mcap(const std::string& path);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

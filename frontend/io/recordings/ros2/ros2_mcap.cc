@@ -10,7 +10,7 @@
 #include "frontend/io/recordings/ros2/mcap_bytes.h"
 #include "frontend/io/recordings/ros2/ros2_bag.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 constexpr std::array<uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
@@ -228,4 +228,4 @@ Result<std::unique_ptr<Ros2Bag>> OpenRos2Mcap(const std::string& path) {
   return std::unique_ptr<Ros2Bag>(std::move(bag));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -10,7 +10,7 @@
 #include "frontend/io/images/raw_image.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 using eprosima::fastcdr::Cdr;
@@ -20,7 +20,7 @@ using eprosima::fastcdr::FastBuffer;
 // anything is made of them. Throws Fast CDR's exceptions.
 class Reader {
  public:
-  explicit Reader(const tagtwist::Cdr& data)
+  explicit Reader(const tagtwist::internal::Cdr& data)
       : size_(data.size()),
         buffer_(const_cast<char*>(reinterpret_cast<const char*>(data.data())), data.size()),
         cdr_(buffer_, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR) {
@@ -83,7 +83,7 @@ class Reader {
 
 // What `read` makes of the message, or that it is damaged.
 template <typename Value, typename Read>
-Result<Value> ReadMessage(const tagtwist::Cdr& data, const Read& read) {
+Result<Value> ReadMessage(const tagtwist::internal::Cdr& data, const Read& read) {
   try {
     Reader reader(data);
     return read(&reader);
@@ -126,7 +126,7 @@ Result<TruthSample> TakePose(Reader* reader, const std::string& type) {
 
 }  // namespace
 
-std::optional<int64_t> HeaderStamp(const tagtwist::Cdr& data) {
+std::optional<int64_t> HeaderStamp(const tagtwist::internal::Cdr& data) {
   const auto stamp = ReadMessage<int64_t>(
       data, [](Reader* reader) -> Result<int64_t> { return reader->TakeStamp(); });
   return stamp ? std::optional(*stamp) : std::nullopt;
@@ -145,12 +145,12 @@ bool IsRos2Tags(const std::string& type) {
   return type == "apriltag_msgs/msg/AprilTagDetectionArray";
 }
 
-Result<cv::Mat> ReadRos2Image(const std::string& type, const tagtwist::Cdr& data) {
+Result<cv::Mat> ReadRos2Image(const std::string& type, const tagtwist::internal::Cdr& data) {
   const bool compressed = type == "sensor_msgs/msg/CompressedImage";
   return ReadMessage<cv::Mat>(data, [&](Reader* reader) { return TakeImage(reader, compressed); });
 }
 
-Result<ImuSample> ReadRos2Imu(const tagtwist::Cdr& data) {
+Result<ImuSample> ReadRos2Imu(const tagtwist::internal::Cdr& data) {
   return ReadMessage<ImuSample>(data, [](Reader* reader) -> Result<ImuSample> {
     ImuSample out;
     out.t_ns = reader->TakeHeader();
@@ -164,13 +164,13 @@ Result<ImuSample> ReadRos2Imu(const tagtwist::Cdr& data) {
   });
 }
 
-Result<TruthSample> ReadRos2Pose(const std::string& type, const tagtwist::Cdr& data) {
+Result<TruthSample> ReadRos2Pose(const std::string& type, const tagtwist::internal::Cdr& data) {
   return ReadMessage<TruthSample>(data, [&](Reader* reader) { return TakePose(reader, type); });
 }
 
 // apriltag's own corners: bottom left first, against the clock as printed, and pixel centres at
 // halves, which the ROS node passes on.
-Result<std::vector<TagDetection>> ReadRos2Tags(const tagtwist::Cdr& data) {
+Result<std::vector<TagDetection>> ReadRos2Tags(const tagtwist::internal::Cdr& data) {
   using Tags = std::vector<TagDetection>;
   return ReadMessage<Tags>(data, [](Reader* reader) -> Result<Tags> {
     reader->TakeHeader();
@@ -195,4 +195,4 @@ Result<std::vector<TagDetection>> ReadRos2Tags(const tagtwist::Cdr& data) {
   });
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

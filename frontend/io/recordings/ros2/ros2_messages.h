@@ -9,7 +9,7 @@
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 
 /// Messages of ROS 2 out of CDR (through eProsima's Fast CDR). All refuse, with a reason without
 /// any name, bytes that are too few for what they say they hold.
@@ -33,4 +33,4 @@ Result<TruthSample> ReadRos2Pose(const std::string& type, const Cdr& data);
 /// Corners p1..p4 (bottom left first), pixel centres at integers.
 Result<std::vector<TagDetection>> ReadRos2Tags(const Cdr& data);
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

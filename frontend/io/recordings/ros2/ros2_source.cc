@@ -10,7 +10,7 @@
 #include "frontend/io/recordings/ros2/ros2_messages.h"
 #include "frontend/io/tables/growing_stamps.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -293,4 +293,4 @@ Result<std::unique_ptr<DataSource>> OpenRos2Source(const std::string& path,
   return std::unique_ptr<DataSource>(std::move(source));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

@@ -8,7 +8,7 @@
 
 #include "frontend/io/recordings/ros2/ros2_bag.h"
 
-namespace tagtwist {
+namespace tagtwist::internal {
 namespace {
 
 struct CloseDatabase {
@@ -133,4 +133,4 @@ Result<std::unique_ptr<Ros2Bag>> OpenRos2Sqlite(const std::string& path) {
   return std::unique_ptr<Ros2Bag>(std::move(bag));
 }
 
-}  // namespace tagtwist
+}  // namespace tagtwist::internal

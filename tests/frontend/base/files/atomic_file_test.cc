@@ -9,7 +9,7 @@
 #include "frontend/base/files/input_file.h"
 #include "tests/support/temp_folder.h"
 
-namespace tagtwist::atomic_file_test {
+namespace tagtwist::internal::atomic_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -69,4 +69,4 @@ TEST(AtomicFile, ReadNamesMissingFileAndFolder) {
 }
 
 }  // namespace
-}  // namespace tagtwist::atomic_file_test
+}  // namespace tagtwist::internal::atomic_file_test

@@ -9,7 +9,7 @@
 
 #include "tests/support/test_files.h"
 
-namespace tagtwist::file_set_test {
+namespace tagtwist::internal::file_set_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -215,4 +215,4 @@ TEST(FileSet, ASetThatWasNotWholeGoesWithTheNext) {
 }
 
 }  // namespace
-}  // namespace tagtwist::file_set_test
+}  // namespace tagtwist::internal::file_set_test

@@ -10,7 +10,7 @@
 
 #include "tests/support/test_files.h"
 
-namespace tagtwist::input_file_test {
+namespace tagtwist::internal::input_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -96,4 +96,4 @@ TEST(InputFile, FirstBytesTakeNothingFromAPipe) {
 }
 
 }  // namespace
-}  // namespace tagtwist::input_file_test
+}  // namespace tagtwist::internal::input_file_test

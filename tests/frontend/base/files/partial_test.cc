@@ -7,7 +7,7 @@
 
 #include "tests/support/test_files.h"
 
-namespace tagtwist::partial_test {
+namespace tagtwist::internal::partial_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -97,4 +97,4 @@ TEST(Partial, OwnOnesGoWhenTheProcessIsToEnd) {
 }
 
 }  // namespace
-}  // namespace tagtwist::partial_test
+}  // namespace tagtwist::internal::partial_test

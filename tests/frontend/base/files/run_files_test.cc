@@ -8,7 +8,7 @@
 
 #include "tests/support/test_files.h"
 
-namespace tagtwist::run_files_test {
+namespace tagtwist::internal::run_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -132,4 +132,4 @@ TEST(RunFiles, ASetInARecordingReplacesAnOlderRunAlone) {
 }
 
 }  // namespace
-}  // namespace tagtwist::run_files_test
+}  // namespace tagtwist::internal::run_files_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace tagtwist::chi_square_test {
+namespace tagtwist::internal::chi_square_test {
 namespace {
 
 struct Case {
@@ -47,4 +47,4 @@ TEST(ChiSquare, BandOfTheMeanShrinksAroundTheExpectation) {
 }
 
 }  // namespace
-}  // namespace tagtwist::chi_square_test
+}  // namespace tagtwist::internal::chi_square_test

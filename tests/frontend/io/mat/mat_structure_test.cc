@@ -5,7 +5,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
 
-namespace tagtwist::mat_structure_test {
+namespace tagtwist::internal::mat_structure_test {
 namespace {
 
 // A file without compression, of one struct with numbers and text in it.
@@ -62,4 +62,4 @@ TEST_F(MatStructure, AnySpoiledByteIsRefusedOrPassesInOneLine) {
 }
 
 }  // namespace
-}  // namespace tagtwist::mat_structure_test
+}  // namespace tagtwist::internal::mat_structure_test
