@@ -3,6 +3,7 @@
 
 #include <iostream>
 
+#include "apps/compare/collect.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
 #include "apps/support/usage.h"
@@ -22,6 +23,14 @@ DEFINE_string(align, "none",
 DEFINE_string(time_offset, "none",
               "none; estimate; or seconds that the truth's clock is ahead of the estimate's.");
 DEFINE_string(json, "", "Writes all figures to this file.");
+DEFINE_bool(collect, false,
+            "The inputs are folders of results of many recordings (tagtwist_fleet's, or any that "
+            "have summaries below them): they are gathered in fleet.html, fleet.csv, fleet.json.");
+DEFINE_string(output, "", "With --collect: where these go; the first folder where left out.");
+DEFINE_string(against, "",
+              "With --collect: an older folder, or its fleet.json: what became better or worse, "
+              "beyond what chance would do.");
+DEFINE_bool(mix_versions, false, "With --collect: results of several versions in one table.");
 DEFINE_string(html, "", "Writes a page with the table and plots to this file.");
 
 namespace tagtwist::internal {
@@ -33,13 +42,17 @@ Usage CompareUsage() {
       "DIR|FILE [...] [--ground_truth FILE] [--align none|se3|handeye] [--json FILE]",
       "Compares trajectories with ground truth: ATE, RPE, velocity, rates, NEES. An input is an\n"
       "output folder of tagtwist_estimate, a states.csv, or poses as TUM, CSV or EuRoC/ASL.",
-      {{"Ground truth", {"ground_truth", "align", "time_offset"}}, {"Output", {"json", "html"}}},
+      {{"Ground truth", {"ground_truth", "align", "time_offset"}},
+       {"Output", {"json", "html"}},
+       {"Many recordings", {"collect", "output", "against", "mix_versions"}}},
       /*max_arguments=*/1000,
       {{"Batch against window, with the truth of both",
         "tagtwist_compare batch window --html compare.html"},
        {"Against motion capture of a marker, its clock unknown",
         "tagtwist_compare results --ground_truth vicon.csv --align handeye --time_offset "
-        "estimate"}}};
+        "estimate"},
+       {"All runs below a folder in one table, and what changed since",
+        "tagtwist_compare --collect results --against results_before"}}};
 }
 
 Result<EvaluationOptions> OptionsFromFlags() {
@@ -116,6 +129,17 @@ int Main(int argc, char** argv, const Usage& usage) {
   if (paths.empty()) return Fail(usage, "expected an output folder or a file", 2);
   const auto options = OptionsFromFlags();
   if (!options) return Fail(usage, options.error().message, 2);
+  if (FLAGS_collect) {
+    const std::string output = FLAGS_output.empty() ? paths.front() : FLAGS_output;
+    const CleanEnd end(usage, {{}, output});
+    const auto told = Collect({paths, output, FLAGS_against, FLAGS_mix_versions});
+    if (!told) return Fail(usage, told.error().message);
+    std::cout << *told;
+    return 0;
+  }
+  if (!FLAGS_output.empty() || !FLAGS_against.empty() || FLAGS_mix_versions) {
+    return Fail(usage, "--output, --against, --mix_versions: expected with --collect", 2);
+  }
   const CleanEnd end(usage, {{FLAGS_json, FLAGS_html}, ""});
   const auto done = Run(paths, *options);
   return done ? 0 : Fail(usage, done.error().message);

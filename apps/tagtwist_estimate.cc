@@ -12,6 +12,7 @@
 #include "apps/estimate/estimate_flags.h"
 #include "apps/estimate/inputs.h"
 #include "apps/estimate/outcome.h"
+#include "apps/estimate/pieces.h"
 #include "apps/estimate/sources.h"
 #include "apps/estimate/state_stream.h"
 #include "apps/support/clean_end.h"
@@ -28,10 +29,8 @@
 #include "estimator/online/config_text.h"
 #include "estimator/online/recording_options.h"
 #include "estimator/report/files/calibration_text.h"
-#include "estimator/report/result_set.h"
 #include "estimator/report/result_writer.h"
 #include "frontend/base/files/file_set.h"
-#include "frontend/base/files/run_files.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/io/tables/detections_csv.h"
@@ -48,7 +47,7 @@ double PeakRssMib() {
 // The refined set-up, told on standard output.
 Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
                                    const std::vector<TruthSample>& truth) {
-  auto source = OpenDataSource(job.dataset, SourceOptions(job, config));
+  auto source = OpenSource(job, config);
   if (!source) return source.error();
   auto calibration = CalibrateRecording(job.dataset, source->get(), config, job.run, truth);
   if (!calibration) return calibration;
@@ -128,23 +127,6 @@ Result<RunResult> RunAndStream(const EstimateJob& job, DataSource* source, const
   return out;
 }
 
-// Names of older results that stay: this run reads them.
-Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
-  RunFiles files;
-  files.Reads("--config", job.config.config);
-  files.Reads("--camera_file", job.config.camera_file);
-  files.Reads("--map", job.config.map.path);
-  files.Reads("--ground_truth", job.ground_truth);
-  files.ReadsRecording("--dataset", job.dataset);
-  if (auto checked = files.Writes("--overlay", job.overlay); !checked) return checked.error();
-  const std::string stream = job.stream == "-" ? "" : job.stream;
-  if (auto checked = files.Writes("--stream", stream); !checked) return checked.error();
-  if (auto checked = files.WritesStandardOutput(); !checked) return checked.error();
-  const ResultKinds kinds{job.run.sliding_window, job.write_covariance, job.calibrate,
-                          job.map_unknown_tags, job.write_detections};
-  return files.WritesSet("--output", ResultSet(job.output, kinds));
-}
-
 // With --calibrate: the set-up is refined first, and the run goes on with it. --tracks is of this
 // run alone: what is written goes on with what the configuration said.
 Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* config,
@@ -158,6 +140,15 @@ Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* 
   context->options_text = OptionsText(to_go_on_with);
   context->calibration = std::make_shared<const Calibration>(std::move(*calibration));
   return Ok();
+}
+
+// What summary.json says of where a run comes from.
+void RememberInputs(const EstimateJob& job, const Config& config, const Inputs& taken,
+                    RunFacts* facts) {
+  facts->dataset = job.dataset;
+  facts->inputs = InputFilesOf(job);
+  facts->taken = taken.lines;
+  facts->configuration = ConfigurationText(config);
 }
 
 // What the run gives, with what its inputs and doubts say among its warnings. `lost_rows`: why
@@ -176,9 +167,7 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
                                 : RunAndStream(job, source, config, options, lost_rows);
   const Doubts doubts = DoubtsOf(job, config, sample, context->truth,
                                  run ? &run->estimate : nullptr, run ? "" : run.error().message);
-  context->facts.dataset = job.dataset;
-  context->facts.inputs = InputFilesOf(job);
-  context->facts.taken = taken.lines;
+  RememberInputs(job, config, taken, &context->facts);
   if (!run) return FailureOf(job, run.error(), taken, doubts, context->facts);
   std::vector<std::string>& warnings = run->estimate.warnings;
   warnings.insert(warnings.begin(), taken.warnings.begin(), taken.warnings.end());
@@ -202,6 +191,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   auto kept = CheckInputsAreKept(job);
   if (!kept) return kept.error();
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
+  if (job.only_detections) return MeasurePiece(job, config);
   if (!job.overlay.empty()) {
     if (const auto fine = CheckOverlayOf(job, config); !fine) return fine;
   }
@@ -223,12 +213,11 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   context.truth = std::move(taken->truth);
   const bool is_live = job.realtime || IsCamera(job.dataset);
   RunOptions options = job.run;
+  if (const auto added = AddPieces(job, config, **source, &options); !added) return added;
   LiveFeed* feed = nullptr;
   if (is_live) feed = MakeLive(job, &*source, &options, end);
   if (const auto done = CalibrateIfAsked(job, configured_tracks, &config, &context); !done) {
-    context.facts.dataset = job.dataset;
-    context.facts.inputs = InputFilesOf(job);
-    context.facts.taken = taken->lines;
+    RememberInputs(job, config, *taken, &context.facts);
     return FailureOf(job, done.error(), *taken, {}, context.facts);
   }
   std::string lost_rows;
@@ -244,6 +233,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   context.write_covariance = job.write_covariance;
   run->facts.inputs = std::move(context.facts.inputs);
   run->facts.taken = std::move(context.facts.taken);
+  run->facts.configuration = std::move(context.facts.configuration);
   context.facts = std::move(run->facts);
   context.facts.wall_s = 1e-3 * watch.ElapsedMs();
   context.facts.peak_rss_mib = PeakRssMib();

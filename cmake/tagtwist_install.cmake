@@ -35,6 +35,9 @@ install(TARGETS tagtwist_compare tagtwist_estimate tagtwist_map tagtwist_simulat
   DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR}
   COMPONENT programs FILES_MATCHING PATTERN "*.1.gz")
+install(PROGRAMS apps/fleet/tagtwist_fleet DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+install(DIRECTORY apps/fleet/workflow/ DESTINATION ${CMAKE_INSTALL_DATADIR}/tagtwist/fleet
+  COMPONENT programs USE_SOURCE_PERMISSIONS PATTERN "__pycache__" EXCLUDE)
 install(FILES configs/course.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/tagtwist
   COMPONENT programs)
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <thread>
 
+#include "apps/estimate/part_flags.h"
 #include "apps/support/config_flags.h"
 #include "frontend/base/option_check.h"
 
@@ -185,9 +186,10 @@ Usage EstimateUsage() {
   usage.groups = {
       {"What to read",
        {"dataset", "topic", "ground_truth", "truth_topic", "use_detections", "realtime",
-        "max_frames", "duration"}},
+        "max_frames", "duration", "from", "to", "pieces"}},
       ConfigFlags(),
-      {"What to write", {"output", "write_covariance", "write_detections", "overlay", "stream"}},
+      {"What to write",
+       {"output", "write_covariance", "write_detections", "only_detections", "overlay", "stream"}},
       {"How to estimate",
        {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
         "deadline_ms", "detection", "tracks", "clock"}},
@@ -252,6 +254,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.run.detection = *detection;
   if (const auto fine = LiveFromFlags(&job); !fine) return fine.error();
   if (const auto fine = StreamAndLimitsFromFlags(&job.run); !fine) return fine.error();
+  if (const auto fine = PartFromFlags(&job); !fine) return fine.error();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   job.run.threads = FLAGS_threads > 0 ? FLAGS_threads : cores;
   return job;

@@ -1,7 +1,9 @@
 #pragma once
+#include <optional>
 #include <string>
 
 #include "apps/support/usage.h"
+#include "estimator/jobs/pieces/frame_range.h"
 #include "estimator/jobs/run.h"
 #include "frontend/io/recordings/data_source.h"
 
@@ -24,6 +26,9 @@ struct EstimateJob {
   bool map_unknown_tags = false;
   double unknown_tag_size_m = 0;  // 0: that of the map's tags
   bool realtime = false;
+  std::optional<FrameMark> from, to;  // the frames that are taken
+  bool only_detections = false;       // they are measured, and not estimated with
+  std::string pieces;                 // --pieces; empty: none
   Outcome fail_on = Outcome::kNever;  // --fail_on: exit status 3 from there on
   RunOptions run;
 };

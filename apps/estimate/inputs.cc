@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/online/config_text.h"
+#include "estimator/report/files/corner_piece.h"
+#include "estimator/report/result_set.h"
+#include "frontend/base/files/run_files.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/io/trajectories/trajectory_file.h"
@@ -126,6 +130,31 @@ std::vector<InputFile> InputFilesOf(const EstimateJob& job) {
     out.insert(out.end(), files.begin(), files.end());
   }
   return out;
+}
+
+Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
+  RunFiles files;
+  files.Reads("--config", job.config.config);
+  files.Reads("--camera_file", job.config.camera_file);
+  files.Reads("--map", job.config.map.path);
+  files.Reads("--ground_truth", job.ground_truth);
+  files.ReadsRecording("--dataset", job.dataset);
+  if (auto checked = files.Writes("--overlay", job.overlay); !checked) return checked.error();
+  const std::string stream = job.stream == "-" ? "" : job.stream;
+  if (auto checked = files.Writes("--stream", stream); !checked) return checked.error();
+  if (auto checked = files.WritesStandardOutput(); !checked) return checked.error();
+  for (const std::string& file : FilesOfPieces(job.pieces)) files.Reads("--pieces", file);
+  if (job.only_detections) return files.WritesSet("--output", PieceSet(job.output));
+  const ResultKinds kinds{job.run.sliding_window, job.write_covariance, job.calibrate,
+                          job.map_unknown_tags, job.write_detections};
+  return files.WritesSet("--output", ResultSet(job.output, kinds));
+}
+
+std::string ConfigurationText(const Config& config) {
+  return CameraSectionText(config) + MountSectionText(config) +
+         Format("\n# tag_map: %zu tags of ", config.set_up.map.tags().size()) +
+         config.set_up.map.family() + ", SHA-256 " + DigestText(MapSectionText(config)) + "\n" +
+         OptionsText(config);
 }
 
 Status CheckMapIsGiven(const EstimateJob& job, const Config& config) {

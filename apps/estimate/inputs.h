@@ -21,6 +21,13 @@ Result<Inputs> TakeInputs(const EstimateJob& job, const Config& config, const Da
 /// The files that the job names, with their digests.
 std::vector<InputFile> InputFilesOf(const EstimateJob& job);
 
+/// Refuses to write over what the job reads. Names of older results that stay: this run reads them.
+Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job);
+
+/// The configuration as it was resolved from files and flags: the YAML of camera, mount and
+/// options; of the map its size and the digest of its YAML.
+std::string ConfigurationText(const Config& config);
+
 /// Refuses a camera of one's own without a map: the course's mat is assumed only with the course's
 /// camera.
 Status CheckMapIsGiven(const EstimateJob& job, const Config& config);

@@ -1,6 +1,7 @@
 #include "apps/estimate/sources.h"
 
 #include <iostream>
+#include <utility>
 
 #include "estimator/jobs/overlay/overlay_recording.h"
 #include "estimator/live/live_feed.h"
@@ -20,10 +21,24 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
 
 std::ostream& Messages(const EstimateJob& job) { return job.stream == "-" ? std::cerr : std::cout; }
 
+namespace {
+
+// The frames of a recording that the job takes.
+Result<std::unique_ptr<DataSource>> OpenPart(const EstimateJob& job,
+                                             const DataSourceOptions& options) {
+  auto source = OpenDataSource(job.dataset, options);
+  if (!source || (!job.from && !job.to)) return source;
+  const auto range = RangeOf(job.from, job.to, (*source)->stamps_ns().size());
+  if (!range) return Error{job.dataset + ": " + range.error().message};
+  return TakeRange(std::move(*source), *range);
+}
+
+}  // namespace
+
 Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config) {
   return IsCamera(job.dataset)
              ? OpenCameraSource(job.dataset, config.set_up.rig.front().camera, SteadyNowNs)
-             : OpenDataSource(job.dataset, SourceOptions(job, config));
+             : OpenPart(job, SourceOptions(job, config));
 }
 
 namespace {
@@ -36,7 +51,7 @@ OverlayOptions OverlayOptionsOf(const EstimateJob& job) {
 Result<std::unique_ptr<DataSource>> OpenForOverlay(const EstimateJob& job, const Config& config) {
   DataSourceOptions options = SourceOptions(job, config);
   options.read_images = true;
-  return OpenDataSource(job.dataset, options);
+  return OpenPart(job, options);
 }
 
 }  // namespace

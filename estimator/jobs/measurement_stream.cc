@@ -27,7 +27,8 @@ void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
 }
 
 Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
-                                                    bool use_detections, int threads) {
+                                                    bool use_detections, int threads,
+                                                    const MeasuredTags* measured) {
   std::vector<TagDetector> detectors;
   for (int i = 0; i < std::max(1, threads); ++i) {
     auto detector = TagDetector::Create(config.set_up.map.family(), config.front_end.detector);
@@ -36,9 +37,9 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
   }
   auto refiner = CornerRefiner::Create(config.set_up.map, config.set_up.rig.front().camera);
   if (!refiner) return refiner.error();
-  return MeasurementStream(source,
-                           std::make_unique<const Shared>(Shared{config, std::move(*refiner)}),
-                           use_detections, std::move(detectors));
+  return MeasurementStream(
+      source, std::make_unique<const Shared>(Shared{config, std::move(*refiner), measured}),
+      use_detections, std::move(detectors));
 }
 
 MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
@@ -49,12 +50,18 @@ MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const S
       detectors_(std::move(detectors)),
       front_end_(shared_->config.set_up, shared_->config.front_end) {}
 
-MeasurementStream::Detected MeasurementStream::Detect(Frame frame, const TagDetector& detector,
-                                                      const Shared& shared, bool use_detections) {
+SearchedFrame MeasurementStream::Detect(Frame frame, const TagDetector& detector,
+                                        const Shared& shared, bool use_detections) {
   const Stopwatch watch;
   const Config& config = shared.config;
   const TagDetectorOptions& options = config.front_end.detector;
-  Detected out;
+  SearchedFrame out;
+  if (shared.measured != nullptr) {
+    const auto tags = shared.measured->find(frame.t_ns);
+    if (tags != shared.measured->end()) out.tags = tags->second;
+    out.frame = std::move(frame);
+    return out;
+  }
   out.tags = use_detections ? FilterTags(frame.detections, config.set_up.map,
                                          config.set_up.rig.front().camera, options.border_px)
                             : FindTags(frame.image, detector, shared.refiner, config.set_up.map,
@@ -84,11 +91,11 @@ Status MeasurementStream::FillQueue() {
   return Ok();
 }
 
-Result<std::optional<MeasurementStream::Detected>> MeasurementStream::NextDetected() {
+Result<std::optional<SearchedFrame>> MeasurementStream::NextDetected() {
   if (const auto filled = FillQueue(); !filled) return filled.error();
-  if (queue_.empty()) return std::optional<Detected>();
+  if (queue_.empty()) return std::optional<SearchedFrame>();
   if (deadline_ != nullptr) deadline_->Start();
-  std::optional<Detected> out = queue_.front().get();
+  std::optional<SearchedFrame> out = queue_.front().get();
   queue_.pop_front();
   return out;
 }
@@ -97,7 +104,7 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   auto next = NextDetected();
   if (!next) return next.error();
   if (!*next) return std::optional<MeasuredFrame>();
-  Detected& detected = **next;
+  SearchedFrame& detected = **next;
   const Frame& frame = detected.frame;
   MeasuredFrame out;
   out.detect_ms = detected.detect_ms;

@@ -13,6 +13,7 @@
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/pattern/corner_refiner.h"
 #include "frontend/tags/tag_detector.h"
+#include "frontend/types/measured_tags.h"
 
 namespace tagtwist::internal {
 
@@ -23,6 +24,13 @@ struct MeasuredFrame {
   double detect_ms = 0, track_ms = 0, seed_ms = 0;
 };
 
+/// One frame of a recording, and the tags that were found in it.
+struct SearchedFrame {
+  Frame frame;
+  std::vector<TagDetection> tags;
+  double detect_ms = 0;
+};
+
 /// The times of that frame's stages, and so far of the frame.
 void AddStageTimes(const MeasuredFrame& frame, StageTimes* times);
 
@@ -31,39 +39,38 @@ void AddStageTimes(const MeasuredFrame& frame, StageTimes* times);
 Result<std::optional<Frame>> NextFrame(DataSource* source, const Camera& camera);
 
 /// Runs the frontend over a recording. With more than one thread the tags of the next frames are
-/// detected ahead while this frame's tracks are followed; results do not depend on it. What is
+/// detected ahead while this frame's tracks are followed; results do not depend on it. With
+/// `measured`, which must outlive the stream, no image is searched: its tags count. What is
 /// guided by states cannot be measured ahead: OnlineEstimator::AddImage.
 class MeasurementStream {
  public:
   static Result<MeasurementStream> Create(DataSource* source, const Config& config,
-                                          bool use_detections, int threads);
+                                          bool use_detections, int threads,
+                                          const MeasuredTags* measured = nullptr);
 
   /// Frames are measured under this deadline from now on; it must outlive the stream.
   void SetDeadline(FrameDeadline* deadline) { deadline_ = deadline; }
 
   /// The next frame, nullopt at the end.
   Result<std::optional<MeasuredFrame>> Next();
+  /// The next frame's tags alone; who asks for them asks for nothing else.
+  Result<std::optional<SearchedFrame>> NextDetected();
 
  private:
-  struct Detected {
-    Frame frame;
-    std::vector<TagDetection> tags;
-    double detect_ms = 0;
-  };
-  using Pending = std::future<Detected>;
+  using Pending = std::future<SearchedFrame>;
 
   // What tasks read: it stays where it is, and does not change.
   struct Shared {
     Config config;
     CornerRefiner refiner;
+    const MeasuredTags* measured;  // nullptr: images are searched
   };
 
   MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared, bool use_detections,
                     std::vector<TagDetector> detectors);
-  Result<std::optional<Detected>> NextDetected();
   Status FillQueue();
-  static Detected Detect(Frame frame, const TagDetector& detector, const Shared& shared,
-                         bool use_detections);
+  static SearchedFrame Detect(Frame frame, const TagDetector& detector, const Shared& shared,
+                              bool use_detections);
 
   DataSource* source_;
   std::unique_ptr<const Shared> shared_;

@@ -15,7 +15,8 @@ namespace {
 // All frames of the recording into the batch.
 Status AddFrames(DataSource* source, const Config& config, const RunOptions& options,
                  RecordingWalk* walk, StageTimes* times, BatchEstimator* batch) {
-  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads);
+  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads,
+                                          options.measured.get());
   if (!stream) return stream.error();
   while (walk->HasRoom()) {
     auto frame = stream->Next();

@@ -3,9 +3,11 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "estimator/online/online_options.h"
+#include "frontend/types/measured_tags.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist::internal {
@@ -15,6 +17,8 @@ struct RunOptions {
   DetectionMode detection = DetectionMode::kAuto;  // full in a batch, and of detections at hand
   bool sliding_window = false;
   bool use_detections = false;
+  /// Batch: tags that were found before, with use_detections false; nullptr: images are searched.
+  std::shared_ptr<const MeasuredTags> measured = {};
   /// Batch: what was measured in each frame, before it is estimated with.
   std::function<void(const FrameMeasurements&)> on_measurements = {};
   size_t max_frames = std::numeric_limits<size_t>::max();

@@ -1,11 +1,13 @@
 #include "estimator/online/config_text.h"
 
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "frontend/base/named_enum.h"
 #include "frontend/base/number_text.h"
 #include "frontend/io/setup/tag_map_text.h"
+#include "residuals/lens.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -43,6 +45,36 @@ std::string SectionText(const char* section, const Options& options) {
 
 }  // namespace
 
+std::string CameraSectionText(const Config& config) {
+  const RigCamera& mounted = config.set_up.rig.front();
+  const Camera& camera = mounted.camera;
+  std::string out = "\ncamera:\n  width: " + std::to_string(camera.width) +
+                    "\n  height: " + std::to_string(camera.height) + "\n";
+  for (const auto& [name, value] : {std::pair("fx", camera.fx), std::pair("fy", camera.fy),
+                                    std::pair("cx", camera.cx), std::pair("cy", camera.cy)}) {
+    out += std::string("  ") + name + ": " + FormatNumber(value) + "\n";
+  }
+  if (camera.IsDistorted()) {
+    const bool equidistant = camera.lens == LensModel::kEquidistant;
+    out += std::string("  distortion_model: ") + (equidistant ? "equidistant" : "radtan") +
+           "\n  distortion: " + FormatNumberList(DistortionCoefficients(camera)) + "\n";
+  }
+  if (mounted.line_time_s == 0) return out;
+  return out + "  line_time_s: " + FormatNumber(mounted.line_time_s) + "\n";
+}
+
+std::string MountSectionText(const Config& config) {
+  const Pose& pose = config.set_up.rig.front().cam_from_body;
+  return "\ncam_from_body:\n  quaternion_xyzw: " + FormatNumberList(pose.params.head<4>()) +
+         "\n  translation_m: " + FormatNumberList(pose.translation()) + "\n";
+}
+
+std::string MapSectionText(const Config& config) { return "\n" + FormatTagMap(config.set_up.map); }
+
+std::string DetectorSectionText(const Config& config) {
+  return SectionText("detector", config.front_end.detector);
+}
+
 std::string OptionsText(const Config& config) {
   std::string out;
   if (!config.movable_tags.empty()) {
@@ -50,7 +82,7 @@ std::string OptionsText(const Config& config) {
     const auto n = static_cast<Eigen::Index>(ids.size());
     out += "\nmovable_tags: " + FormatNumberList(Eigen::VectorXd::Map(ids.data(), n)) + "\n";
   }
-  out += SectionText("detector", config.front_end.detector);
+  out += DetectorSectionText(config);
   out += SectionText("klt", config.front_end.klt);
   out += SectionText("closed_form", config.front_end.closed_form);
   out += SectionText("estimator", config.estimator);

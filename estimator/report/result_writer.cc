@@ -76,8 +76,13 @@ nlohmann::ordered_json GyroJson(const GyroAlignment& gyro) {
 
 std::string SummaryText(const Estimate& estimate, const ResultContext& context) {
   nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
-  json["verdict"] = VerdictText(
-      estimate, Findings(estimate, context.facts, context.map, context.truth), context.truth);
+  const std::vector<Finding> findings =
+      Findings(estimate, context.facts, context.map, context.truth);
+  json["verdict"] = VerdictText(estimate, findings, context.truth);
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& finding : findings) {
+    json["findings"].push_back({{"fact", finding.fact}, {"advice", finding.advice}});
+  }
   if (!context.movable_tags.empty()) json["movable_tags"] = context.movable_tags;
   if (context.mapping) json["mapping"] = MappingJson(*context.mapping);
   if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);

@@ -36,7 +36,8 @@ foreach(step
     "${WORK}/build/online|${course}|${WORK}/flight"
     "${WORK}/build/rolling_shutter|${WORK}/rolling.yaml|${WORK}/rolling"
     ${python_steps}
-    "${WORK}/prefix/bin/tagtwist_estimate|--version")
+    "${WORK}/prefix/bin/tagtwist_estimate|--version"
+    "${WORK}/prefix/bin/tagtwist_fleet|--recordings|${WORK}|--output|${WORK}/fleet|--dry_run")
   run("${step}")
 endforeach()
 
@@ -50,7 +51,7 @@ file(READ ${WORK}/build_estimator_only/CMakeFiles/estimator_only.dir/link.txt li
 if(link_line MATCHES "opencv" OR NOT link_line MATCHES "ceres")
   message(FATAL_ERROR "tagtwist::estimator is to link Ceres and no OpenCV: ${link_line}")
 endif()
-foreach(program compare estimate map simulate)
+foreach(program compare estimate fleet map simulate)
   if(NOT EXISTS ${WORK}/prefix/share/man/man1/tagtwist_${program}.1.gz)
     message(FATAL_ERROR "tagtwist_${program} has no man page")
   endif()

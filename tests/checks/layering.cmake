@@ -31,7 +31,8 @@ set(table
   "estimator/live       | estimator/online                          | opencv2 threads"
   "estimator/jobs       | estimator/live                            | opencv2 threads iostream"
   "estimator/report     | estimator/batch estimator/window estimator/evaluation frontend/io | nlohmann"
-  "apps                 | estimator/jobs estimator/report frontend/simulation | opencv2 gflags glog threads iostream"
+  "estimator/fleet      | estimator/report                          | nlohmann"
+  "apps                 | estimator/jobs estimator/fleet frontend/simulation | opencv2 gflags glog threads iostream"
   "apps/python          | apps                                      | opencv2 glog pybind11 threads"
 )
 

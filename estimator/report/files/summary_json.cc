@@ -126,6 +126,7 @@ void AddInputs(const RunFacts& facts, Json* out) {
         {{"flag", file.flag}, {"file", file.path}, {"bytes", file.bytes}, {"sha256", file.sha256}});
   }
   (*out)["taken"] = facts.taken;
+  (*out)["configuration"] = facts.configuration;
 }
 
 }  // namespace

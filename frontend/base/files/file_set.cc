@@ -11,6 +11,7 @@
 #include "frontend/base/files/atomic_file.h"
 #include "frontend/base/files/file_set_commit.h"
 #include "frontend/base/files/input_file.h"
+#include "frontend/base/files/made_folders.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -35,35 +36,6 @@ std::string WithoutTrailingSlash(const std::string& folder) {
   fs::path path = fs::path(folder).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
   return path.empty() ? "." : path.string();
-}
-
-// Folders that must be made for `folder` to be there, outermost first.
-std::vector<std::string> MissingFolders(const std::string& folder) {
-  std::vector<std::string> missing;
-  std::error_code ignored;
-  for (fs::path p = folder; !p.empty() && !fs::exists(p, ignored); p = p.parent_path()) {
-    missing.insert(missing.begin(), p.string());
-  }
-  return missing;
-}
-
-void RemoveFolders(const std::vector<std::string>& outermost_first) {
-  std::error_code ignored;
-  for (auto it = outermost_first.rbegin(); it != outermost_first.rend(); ++it) {
-    fs::remove(*it, ignored);  // only while they are empty
-  }
-}
-
-// Makes the folders; those that were made are gone again after an error.
-Status MakeFolders(const std::vector<std::string>& outermost_first) {
-  for (size_t i = 0; i < outermost_first.size(); ++i) {
-    std::error_code failure;
-    fs::create_directory(outermost_first[i], failure);
-    if (!failure) continue;
-    RemoveFolders({outermost_first.begin(), outermost_first.begin() + static_cast<long>(i)});
-    return CannotWrite(outermost_first[i], failure);
-  }
-  return Ok();
 }
 
 // A rename that can be taken back.
@@ -117,10 +89,7 @@ Result<bool> FinishOther(const fs::path& folder) {
   return CannotWrite(folder.string(), "another run is at work on it");
 }
 
-}  // namespace
-
-Status CheckOutputFolder(const std::string& folder) {
-  const std::string path = WithoutTrailingSlash(folder);
+Status CheckOnce(const std::string& folder, const std::string& path) {
   std::error_code ignored;
   if (fs::exists(path, ignored) && !fs::is_directory(path, ignored)) {
     return Error{folder + ": cannot write: is a file, expected a folder"};
@@ -134,6 +103,13 @@ Status CheckOutputFolder(const std::string& folder) {
   }
   RemoveFolders(missing);
   return out;
+}
+
+}  // namespace
+
+Status CheckOutputFolder(const std::string& folder) {
+  const std::string path = WithoutTrailingSlash(folder);
+  return WhileFoldersComeAndGo(path, [&] { return CheckOnce(folder, path); });
 }
 
 Result<std::vector<std::string>> RecoverFileSet(const std::string& folder) {
@@ -163,22 +139,24 @@ FileSet::FileSet(std::string folder, bool folder_existed, Partial partial)
 Result<std::unique_ptr<FileSet>> FileSet::Begin(const std::string& folder) {
   if (auto possible = CheckOutputFolder(folder); !possible) return possible.error();
   const std::string path = WithoutTrailingSlash(folder);
-  std::error_code ignored;
-  const bool existed = fs::exists(path, ignored);
-  std::vector<std::string> missing;
-  if (!existed) {
-    missing = MissingFolders(path);
-    missing.pop_back();  // the folder itself appears at Commit
-    if (auto made = MakeFolders(missing); !made) return made.error();
-  }
-  auto partial = Partial::Make(existed ? path + "/results" : path, Partial::Kind::kFolder);
-  if (!partial) {
-    RemoveFolders(missing);
-    return partial.error();
-  }
-  std::unique_ptr<FileSet> set(new FileSet(path, existed, std::move(*partial)));
-  set->made_parents_ = std::move(missing);
-  return set;
+  return WhileFoldersComeAndGo(path, [&]() -> Result<std::unique_ptr<FileSet>> {
+    std::error_code ignored;
+    const bool existed = fs::exists(path, ignored);
+    std::vector<std::string> missing;
+    if (!existed) {
+      missing = MissingFolders(path);
+      missing.pop_back();  // the folder itself appears at Commit
+      if (auto made = MakeFolders(missing); !made) return made.error();
+    }
+    auto partial = Partial::Make(existed ? path + "/results" : path, Partial::Kind::kFolder);
+    if (!partial) {
+      RemoveFolders(missing);
+      return partial.error();
+    }
+    std::unique_ptr<FileSet> set(new FileSet(path, existed, std::move(*partial)));
+    set->made_parents_ = std::move(missing);
+    return set;
+  });
 }
 
 FileSet::~FileSet() {

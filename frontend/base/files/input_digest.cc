@@ -17,6 +17,17 @@ struct FreeDigest {
   void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
 };
 
+std::string Hexadecimal(const std::array<unsigned char, EVP_MAX_MD_SIZE>& digest,
+                        unsigned int size) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string out;
+  for (unsigned int i = 0; i < size; ++i) {
+    out += kDigits[digest[i] >> 4U];
+    out += kDigits[digest[i] & 15U];
+  }
+  return out;
+}
+
 std::string Sha256(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   const std::unique_ptr<EVP_MD_CTX, FreeDigest> context(EVP_MD_CTX_new());
@@ -29,13 +40,7 @@ std::string Sha256(const std::string& path) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int size = 0;
   EVP_DigestFinal_ex(context.get(), digest.data(), &size);
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string out;
-  for (unsigned int i = 0; i < size; ++i) {
-    out += kDigits[digest[i] >> 4U];
-    out += kDigits[digest[i] & 15U];
-  }
-  return out;
+  return Hexadecimal(digest, size);
 }
 
 bool IsTable(const fs::path& path) {
@@ -44,6 +49,13 @@ bool IsTable(const fs::path& path) {
 }
 
 }  // namespace
+
+std::string DigestText(const std::string& text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr);
+  return Hexadecimal(digest, size);
+}
 
 std::vector<InputFile> DigestInput(const std::string& flag, const std::string& path) {
   constexpr int kDeepest = 2;

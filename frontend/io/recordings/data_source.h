@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -45,6 +46,9 @@ class DataSource {
   virtual ~DataSource() = default;
   /// The next frame, nullopt at the end, or an error that ends the recording.
   virtual Result<std::optional<Frame>> Next() = 0;
+  /// Passes over the next frames, at less cost than Next() where the source can. The recording's
+  /// end is none of its errors.
+  virtual Status Skip(size_t frames);
   /// All frames' stamps, known at opening, strictly growing; empty where it is a camera.
   virtual const std::vector<int64_t>& stamps_ns() const = 0;
   virtual const std::vector<TruthSample>& ground_truth() const;  // empty when there is none

@@ -1,5 +1,6 @@
 #include "frontend/io/recordings/image_list_source.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <utility>
@@ -38,6 +39,11 @@ class ImageListSource : public DataSource {
       frame.image = std::move(*image);
     }
     return std::optional<Frame>(std::move(frame));
+  }
+
+  Status Skip(size_t frames) override {
+    next_ = std::min(list_.frames.size(), next_ + frames);
+    return Ok();
   }
 
   const std::vector<int64_t>& stamps_ns() const override { return list_.stamps_ns; }

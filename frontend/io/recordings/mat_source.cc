@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -38,6 +39,10 @@ class MatSource : public DataSource {
 
   Status Open();
   Result<std::optional<Frame>> Next() override;
+  Status Skip(size_t frames) override {
+    next_ = std::min(stamps_ns_.size(), next_ + frames);
+    return Ok();
+  }
   const std::vector<int64_t>& stamps_ns() const override { return stamps_ns_; }
   const std::vector<TruthSample>& ground_truth() const override { return ground_truth_; }
   const std::vector<ImuSample>& imu() const override { return imu_; }

@@ -33,6 +33,15 @@ const std::vector<ImuSample>& DataSource::imu() const {
   return kNone;
 }
 
+Status DataSource::Skip(size_t frames) {
+  for (size_t i = 0; i < frames; ++i) {
+    const auto frame = Next();
+    if (!frame) return frame.error();
+    if (!*frame) break;
+  }
+  return Ok();
+}
+
 const std::vector<std::string>& DataSource::notes() const {
   static const std::vector<std::string> kNone;
   return kNone;

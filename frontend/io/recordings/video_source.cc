@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <opencv2/videoio.hpp>
 #include <utility>
 
@@ -52,6 +53,15 @@ class VideoSource : public DataSource {
       if (auto fault = size_guard_.Check(frame.image, frame.name)) return *fault;
     }
     return std::optional<Frame>(std::move(frame));
+  }
+
+  Status Skip(size_t frames) override {
+    const size_t last = std::min(stamps_.stamps_ns.size(), next_ + frames);
+    for (; next_ < last; ++next_) {
+      while (!stamps_.kept[in_file_++]) Grab(&capture_);
+      Grab(&capture_);
+    }
+    return Ok();
   }
 
   const std::vector<int64_t>& stamps_ns() const override { return stamps_.stamps_ns; }

@@ -2,32 +2,15 @@
 // series switched by their buttons.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <utility>
 
 #include "estimator/report/html/report.h"
+#include "tests/support/browser.h"
 #include "tests/support/flights/synthetic_estimate.h"
 #include "tests/support/temp_folder.h"
-#include "tests/support/test_files.h"
 
 namespace tagtwist::internal::report_browser_test {
 namespace {
-
-// What a command prints on both outputs.
-std::string OutputOf(const std::string& command) {
-  std::string out;
-  std::FILE* const pipe = ::popen((command + " 2>&1").c_str(), "r");  // NOLINT(cert-env33-c)
-  if (pipe == nullptr) return out;
-  std::array<char, 4096> buffer;
-  for (size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-    out.append(buffer.data(), n);
-  }
-  ::pclose(pipe);
-  return out;
-}
 
 std::string Report(bool window) {
   const Estimate estimate = SyntheticEstimate(300, window);
@@ -42,18 +25,11 @@ std::string Report(bool window) {
 class ReportBrowser : public testing::Test {
  protected:
   void SetUp() override {
-    if (OutputOf("command -v chromium").empty()) GTEST_SKIP() << "chromium is not installed";
+    if (!HasBrowser()) GTEST_SKIP() << "chromium is not installed";
   }
 
-  // The page as it stands after `script`, below what the browser logged.
-  std::string Show(std::string html, const std::string& script, int width) const {
-    html.insert(html.rfind("</body>"), "<script>" + script + "</script>\n");
-    WriteText(folder_ / "report.html", html);
-    return OutputOf("HOME=" + folder_.path() +
-                    " timeout 100 chromium --headless=new --no-sandbox --disable-gpu "
-                    "--enable-logging=stderr --virtual-time-budget=3000 --window-size=" +
-                    std::to_string(width) + ",900 --user-data-dir=" + (folder_ / "profile") +
-                    " --dump-dom file://" + (folder_ / "report.html"));
+  std::string Show(const std::string& html, const std::string& script, int width) const {
+    return ShowPage(folder_, html, script, width);
   }
 
   TempFolder folder_;

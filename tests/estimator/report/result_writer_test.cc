@@ -52,6 +52,9 @@ TEST(ResultWriter, BatchWritesTheDesignedFiles) {
   auto summary = nlohmann::ordered_json::parse(ReadText(temp / "out/summary.json"));
   EXPECT_THAT(summary["verdict"].get<std::string>(), testing::HasSubstr("too short to judge"));
   summary.erase("verdict");
+  ASSERT_FALSE(summary["findings"].empty());
+  EXPECT_FALSE(summary["findings"][0]["fact"].get<std::string>().empty());
+  summary.erase("findings");
   EXPECT_EQ(FormatJson(summary), FormatJson(SummaryJson(estimate, context.rows, context.facts)));
 }
 

@@ -30,10 +30,10 @@ std::vector<std::string> Keys(const nlohmann::ordered_json& object) {
 TEST(Summary, HasTheDesignedKeys) {
   const Estimate estimate = SyntheticEstimate(kFrames, false);
   const auto s = SummaryJson(estimate, Rows(estimate), SyntheticFacts("x", kFrames));
-  EXPECT_THAT(Keys(s),
-              ElementsAre("mode", "frames", "frames_estimated", "reprojection_px", "noise",
-                          "systematic", "timing_ms", "wall_s", "peak_rss_mib", "bound", "accuracy",
-                          "dataset", "inputs", "taken", "status", "warnings", "version"));
+  EXPECT_THAT(Keys(s), ElementsAre("mode", "frames", "frames_estimated", "reprojection_px", "noise",
+                                   "systematic", "timing_ms", "wall_s", "peak_rss_mib", "bound",
+                                   "accuracy", "dataset", "inputs", "taken", "configuration",
+                                   "status", "warnings", "version"));
   EXPECT_THAT(Keys(s["reprojection_px"]), ElementsAre("median", "p95"));
   EXPECT_THAT(Keys(s["noise"]), ElementsAre("corner_sigma_px", "track_sigma_px", "accel_psd",
                                             "angular_accel_psd", "source", "linear_prior",

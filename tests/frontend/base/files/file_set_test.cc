@@ -7,6 +7,7 @@
 
 #include <csignal>
 
+#include "frontend/base/files/made_folders.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::internal::file_set_test {
@@ -126,6 +127,21 @@ TEST(FileSet, FileInTheWayOfTheFolderIsRefusedBeforehand) {
     EXPECT_FALSE(FileSet::Begin(temp / name));
   }
   EXPECT_EQ(CountEntries(temp.path()), 1u);
+}
+
+// A run that begins beside this one may take away again the folder that both have seen.
+TEST(MadeFolders, AnAttemptIsMadeAgainWhileFoldersComeAndGo) {
+  const TempFolder temp;
+  int attempts = 0;
+  const auto fails_until = [&](int last) {
+    attempts = 0;
+    return [&attempts, last] { return ++attempts < last ? Status(Error{"gone"}) : Ok(); };
+  };
+  EXPECT_TRUE(WhileFoldersComeAndGo(temp / "new", fails_until(4)));
+  EXPECT_EQ(attempts, 4);
+  EXPECT_FALSE(WhileFoldersComeAndGo(temp / "new", fails_until(1000)));
+  EXPECT_FALSE(WhileFoldersComeAndGo(temp.path(), fails_until(2))) << "that is another fault";
+  EXPECT_EQ(attempts, 1);
 }
 
 TEST(FileSet, CheckLeavesNothingBehind) {
