@@ -1,5 +1,6 @@
 """tagtwist_fleet over 24 recordings with faults among them: one table, killed and resumed, changed and run again."""
 import json
+import os
 import pathlib
 import shutil
 import subprocess
@@ -79,6 +80,7 @@ class Fleet(unittest.TestCase):
         output, recordings = self.folder / "again", self.folder / "few"
         for name in ("flight 0", "flight 1", "flight 2"):
             shutil.copytree(self.folder / "recordings" / name, recordings / name)
+        shutil.copytree(self.folder / "recordings" / "flight 3", recordings / os.fsdecode(b"no \xff text\n"))
         config = self.folder / "mine.yaml"
         config.write_text("detector:\n  border_px: 3\n", encoding="utf-8")
         more = ("--config", str(config), "--", "--use_detections")
@@ -89,13 +91,13 @@ class Fleet(unittest.TestCase):
         truth = recordings / "flight 1" / "ground_truth.csv"
         truth.write_text("\n".join(truth.read_text(encoding="utf-8").splitlines()[:-1]) + "\n", encoding="utf-8")
         dry = fixture.run_fleet(recordings, output, more=("--dry_run", *more))
-        self.assertEqual(dry.stdout, "flight 1: changed: what it reads\n1 of 3 recordings would be run\n")
+        self.assertEqual(dry.stdout, "flight 1: changed: what it reads\n1 of 4 recordings would be run\n")
         self.expect_done(recordings, output, more)
         changed = {path.parent.name[:8] for path, when in self.times(output).items() if times[path] != when}
         self.assertEqual(changed, {"flight_1"})
         config.write_text("detector:\n  border_px: 4\n", encoding="utf-8")
         dry = fixture.run_fleet(recordings, output, more=("--dry_run", *more))
-        self.assertIn("3 of 3", dry.stdout)
+        self.assertIn("4 of 4", dry.stdout)
 
     def test_pieces_of_images_give_the_same_bytes(self):
         outputs = []
@@ -105,6 +107,12 @@ class Fleet(unittest.TestCase):
             outputs.append(self.folder / f"of {pieces}")
             self.expect_done(listed, outputs[-1])
         self.assertEqual(len(list((outputs[1] / "logs").glob("*.00?.txt"))), 3)
+        # What is left of pieces that were others does not count.
+        left = outputs[1] / "pieces" / next((outputs[1] / "jobs").glob("*.json")).stem
+        (left / "007").mkdir(parents=True)
+        (left / "007" / "piece.json").write_text("{}", encoding="utf-8")
+        listed.write_text("recording,pieces\nrecordings/rendered,2\n", encoding="utf-8")
+        self.expect_done(listed, outputs[1])
         self.assertEqual(fixture.result_bytes(outputs[0]), fixture.result_bytes(outputs[1]))
 
     def test_a_program_that_is_killed_is_tried_again(self):

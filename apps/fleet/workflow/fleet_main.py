@@ -3,6 +3,7 @@ import argparse
 import hashlib
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -100,12 +101,18 @@ def take_rows(options, extra, programs):
     return rows
 
 
+def readable(text):
+    """A text that JSON can hold: bytes of file names that are no UTF-8 are replaced."""
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
 def outcome_of(output, row, job):
     record = read_json(output / "records" / f"{row.id}.json") or {}
     is_of_this = record.get("job") == digest_of(job)
-    return {"name": row.name, "folder": f"runs/{row.id}", "log": f"logs/{row.id}.txt", "values": row.swept,
+    return {"name": readable(row.name), "folder": f"runs/{row.id}", "log": f"logs/{row.id}.txt",
+            "values": {flag: readable(value) for flag, value in row.swept.items()},
             "outcome": record.get("outcome", "unfinished") if is_of_this else "unfinished",
-            "error": record.get("error", "") if is_of_this else "was not run: .fleet/snakemake.txt says why",
+            "error": readable(record.get("error", "")) if is_of_this else "was not run: .fleet/snakemake.txt says why",
             "wall_s": record.get("wall_s", 0) if is_of_this else 0,
             "version": job["version"], "program_sha256": job["program_sha256"]}
 
@@ -157,7 +164,10 @@ def fleet(options, extra, programs):
         return 0
     held = fleet_engine.lock(output)  # noqa: F841: until the end
     for row in pending:
-        write_whole(output / "jobs" / f"{row.id}.json", to_json(jobs[row.id]))
+        place = output / "jobs" / f"{row.id}.json"
+        if read_json(place) != jobs[row.id]:
+            shutil.rmtree(output / "pieces" / row.id, ignore_errors=True)  # of a job that is no more
+        write_whole(place, to_json(jobs[row.id]))
         if options.again_failed:
             (output / "records" / f"{row.id}.json").unlink(missing_ok=True)
     options.threads = max(threads_of(row) for row in rows)

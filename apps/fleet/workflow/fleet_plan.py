@@ -7,7 +7,7 @@ import tempfile
 
 try:
     import yaml
-except ImportError:  # whoever has Snakemake has it
+except ImportError:  # told where it is needed
     yaml = None
 
 from fleet_fault import Fault
@@ -90,7 +90,7 @@ def identity_of(path):
 def named_in(config):
     """Files that a configuration names."""
     if yaml is None:
-        raise Fault("PyYAML is not installed: apt-get install python3-yaml (scripts/setup fleet)")
+        raise Fault("PyYAML is not installed: apt-get install python3-yaml")
     try:
         tree = yaml.safe_load(pathlib.Path(config).read_text(encoding="utf-8"))
     except (OSError, ValueError, yaml.YAMLError):
