@@ -11,16 +11,15 @@
 #include "apps/estimate/doubts.h"
 #include "apps/estimate/estimate_flags.h"
 #include "apps/estimate/inputs.h"
+#include "apps/estimate/live_run.h"
 #include "apps/estimate/outcome.h"
 #include "apps/estimate/pieces.h"
 #include "apps/estimate/sources.h"
-#include "apps/estimate/state_stream.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
 #include "estimator/calibration/gyro_alignment.h"
 #include "estimator/jobs/calibrate_recording.h"
 #include "estimator/jobs/map_recording.h"
-#include "estimator/jobs/online_run.h"
 #include "estimator/jobs/overlay/overlay_recording.h"
 #include "estimator/jobs/run.h"
 #include "estimator/live/live_feed.h"
@@ -31,8 +30,6 @@
 #include "estimator/report/files/calibration_text.h"
 #include "estimator/report/result_writer.h"
 #include "frontend/base/files/file_set.h"
-#include "frontend/base/format_text.h"
-#include "frontend/base/statistics/quantile.h"
 #include "frontend/io/tables/detections_csv.h"
 
 namespace tagtwist::internal {
@@ -84,49 +81,6 @@ std::shared_ptr<const GyroAlignment> AlignGyroTo(const EstimateJob& job, const E
   return gyro ? std::make_shared<const GyroAlignment>(*gyro) : nullptr;
 }
 
-// Puts the feed in the source's place.
-LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, RunOptions* options,
-                   CleanEnd* end) {
-  LiveFeed::Options feed_options;
-  feed_options.paced = job.realtime;
-  feed_options.stop = end->AskFirst();
-  auto made = std::make_unique<LiveFeed>(std::move(*source), feed_options);
-  LiveFeed* const feed = made.get();
-  *source = std::move(made);
-  options->threads = 1;  // frames that are measured ahead would be waited for
-  options->age_ms = [feed](int64_t t_ns) { return feed->AgeMs(t_ns); };
-  return feed;
-}
-
-std::string LiveText(const LiveRun& live, size_t n_frames) {
-  return Format("live: %zu frames, %zu dropped; latency %.1f ms (p99 %.1f)", n_frames,
-                live.frames_dropped, Quantile(live.latency_ms, 0.5),
-                Quantile(live.latency_ms, 0.99));
-}
-
-// A run whose states go out as they come.
-Result<RunResult> RunAndStream(const EstimateJob& job, DataSource* source, const Config& config,
-                               const RunOptions& options, std::string* lost_rows) {
-  auto stream = StateStream::Open(job.stream);
-  if (!stream) return stream.error();
-  auto run = OnlineRun::Create(job.dataset, source, config, options);
-  if (!run) return run.error();
-  while (true) {
-    const auto state = run->Next();
-    if (!state) return state.error();
-    if (*state == nullptr) break;
-    (*stream)->Write(**state);
-  }
-  auto out = run->Finish();
-  const std::string& problem = (*stream)->problem();
-  if ((*stream)->failed()) {
-    *lost_rows = problem;
-  } else if (out && !problem.empty()) {
-    out->estimate.warnings.push_back(problem);
-  }
-  return out;
-}
-
 // With --calibrate: the set-up is refined first, and the run goes on with it. --tracks is of this
 // run alone: what is written goes on with what the configuration said.
 Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* config,
@@ -151,11 +105,11 @@ void RememberInputs(const EstimateJob& job, const Config& config, const Inputs& 
   facts->configuration = ConfigurationText(config);
 }
 
-// What the run gives, with what its inputs and doubts say among its warnings. `lost_rows`: why
-// --stream lacks some.
+// What the run gives, with what its inputs and doubts say among its warnings. `lost`: why
+// a file that states go to lacks some.
 Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, const Inputs& taken,
                                   RunOptions options, DataSource* source, const LiveFeed* feed,
-                                  ResultContext* context, std::string* lost_rows) {
+                                  ResultContext* context, std::string* lost) {
   TagSample sample;
   if (job.write_detections) context->detections_csv = DetectionsWithCovariancesHeader();
   options.on_measurements = [&](const FrameMeasurements& frame) {
@@ -163,8 +117,9 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
     if (!job.write_detections) return;
     context->detections_csv += FormatDetectionsWithCovariances(frame.t_ns, frame.tags);
   };
-  auto run = job.stream.empty() ? RunEstimate(job.dataset, source, config, options)
-                                : RunAndStream(job, source, config, options, lost_rows);
+  const bool goes_out = !job.stream.empty() || job.publish.IsAsked();
+  auto run = goes_out ? RunAndPublish(job, source, config, options, feed, lost)
+                      : RunEstimate(job.dataset, source, config, options);
   const Doubts doubts = DoubtsOf(job, config, sample, context->truth,
                                  run ? &run->estimate : nullptr, run ? "" : run.error().message);
   RememberInputs(job, config, taken, &context->facts);
@@ -220,9 +175,8 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
     RememberInputs(job, config, *taken, &context.facts);
     return FailureOf(job, done.error(), *taken, {}, context.facts);
   }
-  std::string lost_rows;
-  auto run =
-      EstimateWatched(job, config, *taken, options, source->get(), feed, &context, &lost_rows);
+  std::string lost;
+  auto run = EstimateWatched(job, config, *taken, options, source->get(), feed, &context, &lost);
   if (!run) return run.error();
   const Estimate& estimate = run->estimate;
   if (job.calibrate && !(*source)->imu().empty()) {
@@ -242,7 +196,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   if (!job.overlay.empty()) {
     if (const auto drawn = WriteOverlayOf(job, config, estimate); !drawn) return drawn;
   }
-  return lost_rows.empty() ? Ok() : Status(Error{lost_rows});
+  return lost.empty() ? Ok() : Status(Error{lost});
 }
 
 int Main(int argc, char** argv, const Usage& usage) {

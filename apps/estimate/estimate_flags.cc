@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "apps/estimate/part_flags.h"
+#include "apps/estimate/publish_flags.h"
 #include "apps/support/config_flags.h"
 #include "frontend/base/option_check.h"
 
@@ -189,7 +190,8 @@ Usage EstimateUsage() {
         "max_frames", "duration", "from", "to", "pieces"}},
       ConfigFlags(),
       {"What to write",
-       {"output", "write_covariance", "write_detections", "only_detections", "overlay", "stream"}},
+       {"output", "write_covariance", "write_detections", "only_detections", "overlay"}},
+      {"While it runs", {"page", "listen", "publish", "record", "stream"}},
       {"How to estimate",
        {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
         "deadline_ms", "detection", "tracks", "clock"}},
@@ -197,6 +199,8 @@ Usage EstimateUsage() {
        {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
         "jerk_psd", "angular_jerk_psd"}},
       {"Running", {"threads", "fail_on"}}};
+  usage.implied = {{"page", "8765"}};
+  usage.repeated = {"publish"};
   usage.examples = {
       {"A video of tags on a board, the camera calibrated by Kalibr",
        "tagtwist_estimate --dataset flight.mp4 --camera_file camchain.yaml --map april_6x6.yaml"},
@@ -204,6 +208,9 @@ Usage EstimateUsage() {
        "tagtwist_estimate --dataset flight --config course.yaml --overlay flight.mp4"},
       {"Online, a row a frame, from the first camera of the machine",
        "tagtwist_estimate --dataset camera:0 --config mine.yaml --sliding_window --stream -"},
+      {"The same with a page to watch, for a robot and for Foxglove",
+       "tagtwist_estimate --dataset camera:0 --config mine.yaml --sliding_window --page "
+       "--publish udp://robot:9000 --publish foxglove"},
       {"When map, lens or mount cannot be trusted",
        "tagtwist_estimate --dataset flight --config mine.yaml --calibrate"}};
   return usage;
@@ -255,6 +262,10 @@ Result<EstimateJob> EstimateJobFromFlags() {
   if (const auto fine = LiveFromFlags(&job); !fine) return fine.error();
   if (const auto fine = StreamAndLimitsFromFlags(&job.run); !fine) return fine.error();
   if (const auto fine = PartFromFlags(&job); !fine) return fine.error();
+  const auto publish = PublishFromFlags(job, FLAGS_realtime || IsCamera(FLAGS_dataset));
+  if (!publish) return publish.error();
+  job.publish = publish->options;
+  if (!publish->csv.empty()) job.stream = publish->csv;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   job.run.threads = FLAGS_threads > 0 ? FLAGS_threads : cores;
   return job;

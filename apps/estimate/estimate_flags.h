@@ -5,6 +5,7 @@
 #include "apps/support/usage.h"
 #include "estimator/jobs/pieces/frame_range.h"
 #include "estimator/jobs/run.h"
+#include "estimator/publish/publisher.h"
 #include "frontend/io/recordings/data_source.h"
 
 namespace tagtwist::internal {
@@ -29,6 +30,7 @@ struct EstimateJob {
   std::optional<FrameMark> from, to;  // the frames that are taken
   bool only_detections = false;       // they are measured, and not estimated with
   std::string pieces;                 // --pieces; empty: none
+  PublishOptions publish;             // --publish but for csv, --page, --listen, --record
   Outcome fail_on = Outcome::kNever;  // --fail_on: exit status 3 from there on
   RunOptions run;
 };

@@ -142,6 +142,7 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
   if (auto checked = files.Writes("--overlay", job.overlay); !checked) return checked.error();
   const std::string stream = job.stream == "-" ? "" : job.stream;
   if (auto checked = files.Writes("--stream", stream); !checked) return checked.error();
+  if (auto checked = files.Writes("--publish", job.publish.mcap); !checked) return checked.error();
   if (auto checked = files.WritesStandardOutput(); !checked) return checked.error();
   for (const std::string& file : FilesOfPieces(job.pieces)) files.Reads("--pieces", file);
   if (job.only_detections) return files.WritesSet("--output", PieceSet(job.output));

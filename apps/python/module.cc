@@ -48,5 +48,6 @@ PYBIND11_MODULE(tagtwist, module) {
   python::BindEstimate(module);
   python::BindRecording(module);
   python::BindWindow(module);
+  python::BindLive(module);
   python::BindCompare(module);
 }

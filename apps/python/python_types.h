@@ -69,6 +69,7 @@ void BindTrajectories(py::module_& module);
 void BindEstimate(py::module_& module);
 void BindRecording(py::module_& module);
 void BindWindow(py::module_& module);
+void BindLive(py::module_& module);
 void BindCompare(py::module_& module);
 
 }  // namespace tagtwist::internal::python

@@ -1,6 +1,7 @@
 #pragma once
 #include <gflags/gflags.h>
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ struct Usage {
   std::vector<FlagGroup> groups;
   int max_arguments = 0;  // arguments that are not flags
   std::vector<UsageExample> examples = {};
+  std::map<std::string, std::string> implied = {};  // values of flags that may be given without one
+  std::vector<std::string> repeated = {};  // flags that may be given several times: lines of a text
 };
 
 /// A flag as the help tells of it.

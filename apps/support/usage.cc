@@ -2,6 +2,7 @@
 
 #include <gflags/gflags.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <iostream>
 
@@ -71,7 +72,7 @@ bool NamesAnInput(const std::string& name) {
 }
 
 // The fault in words, or empty; may take the value from the next argument.
-std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
+std::string SetFlag(const Usage& usage, TypedFlag flag, int argc, const char* const* argv, int* i) {
   gflags::CommandLineFlagInfo info;
   if (!FindFlag(flag.name, &info)) {
     const bool negated = !flag.has_value && flag.name.rfind("no", 0) == 0;
@@ -80,8 +81,12 @@ std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
     }
     flag = {info.name, "false", true};
   }
+  const auto implied = usage.implied.find(flag.name);
+  const bool is_last = *i + 1 >= argc || argv[*i + 1][0] == '-';
   if (!flag.has_value && info.type == "bool") {
     flag.value = "true";
+  } else if (!flag.has_value && is_last && implied != usage.implied.end()) {
+    flag.value = implied->second;
   } else if (!flag.has_value) {
     if (*i + 1 >= argc) return "--" + flag.name + ": expected a value";
     flag.value = argv[++*i];
@@ -90,6 +95,10 @@ std::string SetFlag(TypedFlag flag, int argc, const char* const* argv, int* i) {
   if (NamesAnInput(flag.name) && again && flag.value != info.current_value) {
     return "--" + flag.name + ": given twice, '" + info.current_value + "' and '" + flag.value +
            "': one run takes one";
+  }
+  const auto& repeated = usage.repeated;
+  if (again && std::find(repeated.begin(), repeated.end(), flag.name) != repeated.end()) {
+    flag.value = info.current_value + "\n" + flag.value;
   }
   const bool is_real = info.type == "double", is_whole = info.type.rfind("int", 0) == 0;
   // gflags takes nothing at all for 0, and hexadecimal numbers.
@@ -115,7 +124,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv, const Usag
     } else {
       const TypedFlag flag = SplitFlag(argument);
       if (AnswerQuestion(flag, usage, &out)) return out;
-      const std::string fault = SetFlag(flag, argc, argv, &i);
+      const std::string fault = SetFlag(usage, flag, argc, argv, &i);
       if (!fault.empty()) return WrongUsage(usage, fault);
     }
   }

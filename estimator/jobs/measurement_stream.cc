@@ -108,6 +108,7 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   const Frame& frame = detected.frame;
   MeasuredFrame out;
   out.detect_ms = detected.detect_ms;
+  out.image = frame.image;
   if (!frame.image_problem.empty()) out.image_problem = frame.name + ": " + frame.image_problem;
   OnlineOptions options;
   if (deadline_ != nullptr) options.detection_time_up = deadline_->ForDetection();

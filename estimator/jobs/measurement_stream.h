@@ -2,6 +2,7 @@
 #include <deque>
 #include <future>
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct MeasuredFrame {
   FrameMeasurements measurements;
   std::string image_problem;  // "path: cannot decode"; empty when the image is fine or not needed
   double detect_ms = 0, track_ms = 0, seed_ms = 0;
+  cv::Mat image;  // 8-bit gray; empty: none was read
 };
 
 /// One frame of a recording, and the tags that were found in it.

@@ -43,6 +43,7 @@ struct OnlineRun::Impl {
   Result<std::optional<WindowOutput>> NextOfStream();
   void Keep(WindowOutput output);
 
+  OnlineFrame frame;
   DataSource* source;
   Config config;
   RunOptions options;
@@ -96,36 +97,42 @@ void OnlineRun::Impl::TakeTime(FrameStage stage) {
 }
 
 Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
-  const auto frame = NextFrame(source, config.set_up.rig.front().camera);
-  if (!frame) return frame.error();
-  if (!*frame || !walk.Takes((*frame)->t_ns)) return std::optional<WindowOutput>();
+  const auto taken = NextFrame(source, config.set_up.rig.front().camera);
+  if (!taken) return taken.error();
+  if (!*taken || !walk.Takes((*taken)->t_ns)) return std::optional<WindowOutput>();
   if (deadline) deadline->Start();
   since_last_stage = Stopwatch();
-  auto output = estimator->AddImage((*frame)->t_ns, (*frame)->image);
+  auto output = estimator->AddImage((*taken)->t_ns, (*taken)->image);
   if (!output) return walk.OfFrame(output.error());
-  const std::string& problem = (*frame)->image_problem;
-  walk.Add(problem.empty() ? problem : (*frame)->name + ": " + problem,
+  frame.image = (*taken)->image;
+  const std::string& problem = (*taken)->image_problem;
+  walk.Add(problem.empty() ? problem : (*taken)->name + ": " + problem,
            !estimator->measurements().tags.empty());
   return std::optional<WindowOutput>(std::move(*output));
 }
 
 Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfStream() {
-  auto frame = stream->Next();
-  if (!frame) return frame.error();
-  if (!*frame || !walk.Takes((*frame)->measurements.t_ns)) return std::optional<WindowOutput>();
-  AddStageTimes(**frame, &out.facts.times);
+  auto taken = stream->Next();
+  if (!taken) return taken.error();
+  if (!*taken || !walk.Takes((*taken)->measurements.t_ns)) return std::optional<WindowOutput>();
+  AddStageTimes(**taken, &out.facts.times);
   since_last_stage = Stopwatch();
-  auto output = estimator->AddMeasurements(std::move((*frame)->measurements));
+  auto output = estimator->AddMeasurements(std::move((*taken)->measurements));
   if (!output) return walk.OfFrame(output.error());
-  walk.Add((*frame)->image_problem, !estimator->measurements().tags.empty());
+  frame.image = (*taken)->image;
+  walk.Add((*taken)->image_problem, !estimator->measurements().tags.empty());
   return std::optional<WindowOutput>(std::move(*output));
 }
 
 void OnlineRun::Impl::Keep(WindowOutput output) {
   Estimate& estimate = out.estimate;
   if (options.age_ms) {
-    out.facts.live->latency_ms.push_back(options.age_ms(output.current.t_ns));
+    frame.age_ms = options.age_ms(output.current.t_ns);
+    out.facts.live->latency_ms.push_back(frame.age_ms);
   }
+  frame.tags = estimator->measurements().tags;
+  frame.used_tags = std::move(output.used_tags);
+  frame.reprojection_px = output.reprojection_px;
   for (FrameEstimate& left : output.lagged) estimate.lagged.push_back(std::move(left));
   estimate.frames.push_back(std::move(output.current));
   estimate.reprojection_px.insert(estimate.reprojection_px.end(), output.reprojection_px.begin(),
@@ -154,6 +161,8 @@ Result<const FrameEstimate*> OnlineRun::Next() {
   const FrameEstimate* const state = &impl_->out.estimate.frames.back();
   return state;
 }
+
+const OnlineFrame& OnlineRun::frame() const { return impl_->frame; }
 
 Result<RunResult> OnlineRun::Finish() {
   auto warnings = impl_->walk.Finish();

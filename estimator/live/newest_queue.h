@@ -28,6 +28,7 @@ class NewestQueue {
     waiting_.pop_front();
     return out;
   }
+  size_t size() const { return waiting_.size(); }
   size_t dropped() const { return dropped_; }
 
  private:

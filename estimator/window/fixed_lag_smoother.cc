@@ -55,6 +55,9 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   CompareWithMirroredPoses();
   const int newest = static_cast<int>(seen_.size()) - 1;
   out.current = EstimateOf(newest);
+  for (const TagDetection& tag : hypotheses_[0].input.frames.back().tags) {
+    out.used_tags.push_back(tag.id);
+  }
   if (hurried && out.current.status == FrameStatus::kOk) {
     out.current.status = FrameStatus::kHurried;
   }

@@ -30,9 +30,10 @@ set(table
   "estimator/online     | estimator/batch estimator/window estimator/evaluation frontend frontend/io | opencv2"
   "estimator/live       | estimator/online                          | opencv2 threads"
   "estimator/jobs       | estimator/live                            | opencv2 threads iostream"
+  "estimator/publish    | estimator/jobs                            | opencv2 nlohmann threads boost"
   "estimator/report     | estimator/batch estimator/window estimator/evaluation frontend/io | nlohmann"
   "estimator/fleet      | estimator/report                          | nlohmann"
-  "apps                 | estimator/jobs estimator/fleet frontend/simulation | opencv2 gflags glog threads iostream"
+  "apps                 | estimator/publish estimator/fleet frontend/simulation | opencv2 gflags glog threads iostream"
   "apps/python          | apps                                      | opencv2 glog pybind11 threads"
 )
 

@@ -87,6 +87,35 @@ class Detect(FlightTest):
         self.assertEqual(counts, [len(detector.detect(image))] * 4)
 
 
+class Live(FlightTest):
+    def test_a_recording_at_its_own_speed(self):
+        live = tagtwist.live(flight.path, self.config)
+        states = list(live)
+        self.assertEqual(len(states) + live.frames_dropped, len(list(tagtwist.Recording(flight.path))))
+        self.assertEqual(live.image.shape, (240, 376))
+        self.assertGreater(live.latency_ms, 0)
+        self.assertTrue(all(a.t_ns < b.t_ns for a, b in zip(states, states[1:])))
+        known = [state for state in states if state.status == "ok"]
+        self.assertGreater(len(known), len(states) // 2)
+        for state in states:
+            self.assertEqual(np.isfinite(state.position).all(), state.status != "no_fix")
+
+    def test_a_callback_ends_it(self):
+        stamps = []
+        self.assertIsNone(tagtwist.live(flight.path, self.config, lambda s: stamps.append(s.t_ns) or len(stamps) < 5))
+        self.assertEqual(len(stamps), 5)
+
+    def test_errors_come_through(self):
+        with self.assertRaisesRegex(tagtwist.Error, "nothing-here"):
+            tagtwist.live("nothing-here", self.config)
+        with self.assertRaisesRegex(ZeroDivisionError, "division"):
+            tagtwist.live(flight.path, self.config, callback=lambda state: 1 / 0)
+        with tagtwist.live(flight.path, self.config) as live:
+            next(live)
+        with self.assertRaises(StopIteration):
+            next(live)
+
+
 class EstimateLikeTheProgram(FlightTest):
     def test_batch(self):
         folder = flight.estimate("batch")

@@ -1,0 +1,108 @@
+#include "apps/estimate/live_run.h"
+
+#include <algorithm>
+#include <iterator>
+#include <ostream>
+#include <utility>
+#include <vector>
+
+#include "apps/estimate/sources.h"
+#include "apps/estimate/state_stream.h"
+#include "estimator/jobs/online_run.h"
+#include "estimator/publish/publisher.h"
+#include "frontend/base/format_text.h"
+#include "frontend/base/statistics/quantile.h"
+
+namespace tagtwist::internal {
+namespace {
+
+Result<std::unique_ptr<Publisher>> OpenPublisher(const EstimateJob& job, const Config& config) {
+  if (!job.publish.IsAsked()) return std::unique_ptr<Publisher>();
+  PublishedRun run;
+  run.set_up = config.set_up;
+  run.dataset = job.dataset;
+  auto publisher = Publisher::Start(job.publish, run);
+  if (!publisher) return publisher;
+  for (const std::string& link : (*publisher)->Links()) Messages(job) << link << "\n";
+  Messages(job) << std::flush;
+  return publisher;
+}
+
+FramePtr FrameToPublish(const FrameEstimate& state, const OnlineFrame& frame,
+                        const LiveFeed* feed) {
+  PublishedFrame out;
+  out.state = state;
+  out.tags = frame.tags;
+  out.used_tags = frame.used_tags;
+  if (!frame.reprojection_px.empty()) out.reprojection_px = Quantile(frame.reprojection_px, 0.5);
+  out.latency_ms = frame.age_ms;
+  if (feed != nullptr) out.frames_dropped = feed->dropped();
+  out.image = frame.image;
+  return std::make_shared<const PublishedFrame>(std::move(out));
+}
+
+// What did not go out: files that were asked for fail the run, all else is told.
+void TakeLosses(const std::string& problem, bool failed, std::string* lost,
+                std::vector<std::string>* warnings) {
+  if (problem.empty()) return;
+  if (!failed) {
+    warnings->push_back(problem);
+  } else if (lost->empty()) {
+    *lost = problem;
+  }
+}
+
+}  // namespace
+
+LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, RunOptions* options,
+                   CleanEnd* end) {
+  LiveFeed::Options feed_options;
+  feed_options.paced = job.realtime;
+  feed_options.stop = end->AskFirst();
+  auto made = std::make_unique<LiveFeed>(std::move(*source), feed_options);
+  LiveFeed* const feed = made.get();
+  *source = std::move(made);
+  options->threads = 1;  // frames that are measured ahead would be waited for
+  options->age_ms = [feed](int64_t t_ns) { return feed->AgeMs(t_ns); };
+  return feed;
+}
+
+std::string LiveText(const LiveRun& live, size_t n_frames) {
+  return Format("live: %zu frames, %zu dropped; latency %.1f ms (p99 %.1f)", n_frames,
+                live.frames_dropped, Quantile(live.latency_ms, 0.5),
+                Quantile(live.latency_ms, 0.99));
+}
+
+Result<RunResult> RunAndPublish(const EstimateJob& job, DataSource* source, const Config& config,
+                                const RunOptions& options, const LiveFeed* feed,
+                                std::string* lost) {
+  std::unique_ptr<StateStream> stream;
+  if (!job.stream.empty()) {
+    auto opened = StateStream::Open(job.stream);
+    if (!opened) return opened.error();
+    stream = std::move(*opened);
+  }
+  auto publisher = OpenPublisher(job, config);
+  if (!publisher) return publisher.error();
+  auto run = OnlineRun::Create(job.dataset, source, config, options);
+  if (!run) return run.error();
+  while (true) {
+    const auto state = run->Next();
+    if (!state) return state.error();
+    if (*state == nullptr) break;
+    if (*publisher) (*publisher)->Publish(FrameToPublish(**state, run->frame(), feed));
+    if (stream) stream->Write(**state);
+  }
+  auto out = run->Finish();
+  std::vector<std::string> warnings;
+  if (stream) TakeLosses(stream->problem(), stream->failed(), lost, &warnings);
+  if (*publisher) {
+    const Publisher::Losses losses = (*publisher)->Finish();
+    TakeLosses(losses.failure, true, lost, &warnings);
+    warnings.insert(warnings.end(), losses.warnings.begin(), losses.warnings.end());
+  }
+  if (out) std::move(warnings.begin(), warnings.end(), std::back_inserter(out->estimate.warnings));
+  return out;
+}
+
+}  // namespace tagtwist::internal

@@ -1,0 +1,175 @@
+// Foxglove's own client over the WebSocket and @mcap/core over the file read what states.csv has; so does whoever
+// listens for datagrams. node streams_test.js PROGRAMS; NODE_PATH leads to the packages @foxglove/ws-protocol, @mcap/core
+// and ws; exit status 77 where they are not.
+"use strict";
+const assert = require("node:assert");
+const { spawn, spawnSync } = require("node:child_process");
+const dgram = require("node:dgram");
+const fs = require("node:fs");
+const os = require("node:os");
+const path = require("node:path");
+
+let foxglove, mcap, ws;
+try {
+  foxglove = require("@foxglove/ws-protocol");
+  mcap = require("@mcap/core");
+  ws = require("ws");
+} catch (missing) {
+  console.log("skipped: " + missing.message.split("\n")[0]);
+  process.exit(77);
+}
+const programs = path.resolve(process.argv[2]);
+const folder = fs.mkdtempSync(path.join(os.tmpdir(), "tagtwist-streams-"));
+process.on("exit", () => fs.rmSync(folder, { recursive: true, force: true }));
+
+const COLUMNS = {
+  position: ["x", "y", "z"], orientation: ["qx", "qy", "qz", "qw"], linear_velocity: ["vx_world", "vy_world", "vz_world"],
+  angular_velocity: ["wx_body", "wy_body", "wz_body"],
+  sigma: ["rx", "ry", "rz", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"].map((name) => "sigma_" + name),
+};
+
+function statesCsv() {
+  const [head, ...lines] = fs.readFileSync(path.join(folder, "out/states.csv"), "utf8").trim().split("\n");
+  const names = head.split(",");
+  return new Map(lines.map((line) => {
+    const cells = line.split(",");
+    return [cells[0], Object.fromEntries(names.map((name, i) => [name, cells[i]]))];
+  }));
+}
+
+const keyOf = (stamp) => stamp.sec + "." + String(stamp.nsec).padStart(9, "0");
+
+// Numbers of a state message are those of its row; returns how many were compared.
+function checkState(state, rows) {
+  const row = rows.get(keyOf(state.stamp));
+  assert(row, "no row at " + keyOf(state.stamp));
+  assert.strictEqual(state.status, row.status);
+  assert.strictEqual(String(state.n_tags), row.n_tags);
+  let n = 0;
+  for (const [key, columns] of Object.entries(COLUMNS)) {
+    columns.forEach((column, i) => {
+      if (row[column] === "") assert.strictEqual(state[key], null);
+      else assert.strictEqual(state[key][i], Number(row[column]), column);
+      n++;
+    });
+  }
+  return n;
+}
+
+function checkMessage(topic, message, rows) {
+  const xyz = (vector, columns, row) => columns.forEach((c, i) => assert.strictEqual(vector["xyzw"[i]], Number(row[c]), c));
+  if (topic === "/tagtwist/body/state") return checkState(message, rows);
+  if (topic === "/tagtwist/body/pose") {
+    const row = rows.get(keyOf(message.timestamp));
+    assert.strictEqual(message.frame_id, "world");
+    xyz(message.pose.position, COLUMNS.position, row);
+    xyz(message.pose.orientation, COLUMNS.orientation, row);
+  } else if (topic === "/tagtwist/body/twist") {
+    const row = rows.get(keyOf(message.timestamp));
+    xyz(message.linear, COLUMNS.linear_velocity, row);
+    xyz(message.angular, COLUMNS.angular_velocity, row);
+  } else if (topic === "/tf") {
+    const [body, camera] = message.transforms;
+    assert.deepStrictEqual([body.parent_frame_id, body.child_frame_id, camera.child_frame_id], ["world", "body", "cam0"]);
+    xyz(body.translation, COLUMNS.position, rows.get(keyOf(body.timestamp)));
+  } else if (topic === "/tagtwist/body/cam0/image") {
+    const jpeg = Buffer.from(message.data, "base64");
+    assert.strictEqual(jpeg.readUInt16BE(0), 0xffd8);
+    assert.strictEqual(jpeg.readUInt16BE(jpeg.length - 2), 0xffd9);
+    assert(rows.has(keyOf(message.timestamp)));
+  } else if (topic === "/tagtwist/map") {
+    assert.strictEqual(message.entities[0].texts.length, 108);
+  } else {
+    assert.fail(topic);
+  }
+  return 1;
+}
+
+function run(args, onLine) {
+  return new Promise((resolve, reject) => {
+    const program = spawn(path.join(programs, "tagtwist_estimate"), args, { cwd: folder });
+    let error = "", rest = "";
+    program.stderr.on("data", (data) => (error += data));
+    program.stdout.on("data", (data) => {
+      rest += data;
+      const lines = rest.split("\n");
+      rest = lines.pop();
+      lines.forEach(onLine);
+    });
+    program.on("exit", (status) => (status === 0 ? resolve(error) : reject(new Error("status " + status + ": " + error))));
+  });
+}
+
+function followFoxglove(link, got) {
+  const client = new foxglove.FoxgloveClient({ ws: new ws.WebSocket(link, [foxglove.FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
+  const topics = new Map();
+  client.on("error", (error) => got.faults.push(String(error)));
+  client.on("serverInfo", (info) => (got.info = info));
+  client.on("advertise", (channels) => {
+    for (const channel of channels) {
+      assert.strictEqual(channel.schemaEncoding, "jsonschema");
+      JSON.parse(channel.schema);
+      topics.set(client.subscribe(channel.id), channel.topic);
+    }
+  });
+  client.on("message", (message) => {
+    got.messages.push([topics.get(message.subscriptionId), JSON.parse(Buffer.from(message.data.buffer, message.data.byteOffset, message.data.byteLength).toString())]);
+  });
+}
+
+async function readMcap(name) {
+  const reader = new mcap.McapStreamReader();
+  reader.append(fs.readFileSync(path.join(folder, name)));
+  const topics = new Map(), out = [];
+  for (let record; (record = reader.nextRecord()); ) {
+    if (record.type === "Channel") topics.set(record.id, record.topic);
+    if (record.type === "Message") out.push([topics.get(record.channelId), JSON.parse(Buffer.from(record.data).toString())]);
+  }
+  return { messages: out, done: reader.done() };
+}
+
+function countTopics(messages) {
+  const counts = {};
+  for (const [topic] of messages) counts[topic] = (counts[topic] || 0) + 1;
+  return counts;
+}
+
+async function main() {
+  const rate = 30, seconds = 4;
+  const made = spawnSync(path.join(programs, "tagtwist_simulate"), ["--output", "flight", "--trajectory", "hover", "--rate", String(rate),
+    "--duration", String(seconds), "--imu_rate", "0"], { cwd: folder });
+  assert.strictEqual(made.status, 0, String(made.stderr));
+
+  const socket = dgram.createSocket("udp4"), datagrams = [];
+  await new Promise((resolve) => socket.bind(0, "127.0.0.1", resolve));
+  socket.on("message", (message) => datagrams.push(JSON.parse(message.toString())));
+  const got = { messages: [], faults: [] };
+  await run(["--dataset", "flight", "--sliding_window", "--realtime", "--output", "out", "--page", "0", "--publish", "foxglove",
+    "--publish", "mcap:out.mcap", "--publish", "udp://127.0.0.1:" + socket.address().port],
+    (line) => { if (line.startsWith("foxglove ")) followFoxglove(line.split(/ +/)[1], got); });
+  socket.close();
+  const rows = statesCsv();
+  assert.deepStrictEqual(got.faults, []);
+  assert.strictEqual(got.info.name, "tagtwist");
+  for (const [topic, message] of got.messages) checkMessage(topic, message, rows);
+  const counts = countTopics(got.messages);
+  console.log("foxglove:", JSON.stringify(counts), "of", rows.size, "frames");
+  assert(counts["/tagtwist/body/state"] > 0.8 * rows.size && counts["/tagtwist/map"] === 1 && counts["/tagtwist/body/cam0/image"] > 5);
+  for (const state of datagrams) checkState(state, rows);
+  console.log("udp:", datagrams.length, "datagrams");
+  assert.strictEqual(datagrams.length, rows.size);
+
+  const file = await readMcap("out.mcap");
+  for (const [topic, message] of file.messages) checkMessage(topic, message, rows);
+  console.log("mcap:", JSON.stringify(countTopics(file.messages)));
+  assert(file.done);
+  assert.strictEqual(countTopics(file.messages)["/tagtwist/body/state"], rows.size);
+
+  // Cut anywhere the file reads as far as it goes.
+  const whole = fs.readFileSync(path.join(folder, "out.mcap"));
+  fs.writeFileSync(path.join(folder, "cut.mcap"), whole.subarray(0, Math.floor(whole.length / 2)));
+  const cut = await readMcap("cut.mcap");
+  assert(!cut.done && cut.messages.length > 0.3 * file.messages.length);
+}
+
+main().catch((fault) => { console.error(fault); process.exitCode = 1; });
