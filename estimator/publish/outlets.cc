@@ -11,6 +11,7 @@ namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMostUnwritten = 64;  // that wait for a file
+constexpr int kNiceness = 5;           // of those who write them
 
 // What went wrong first, told by one thread and asked for by others.
 class Problem {
@@ -34,7 +35,8 @@ class McapOutlet : public Outlet {
   McapOutlet(std::unique_ptr<McapWriter> writer, const PublishedRun& run, bool waits)
       : run_(run),
         writer_(std::move(writer)),
-        worker_(kMostUnwritten, waits, [this](const FramePtr& frame) { Write(*frame); }) {}
+        worker_(
+            kMostUnwritten, waits, [this](const FramePtr& frame) { Write(*frame); }, kNiceness) {}
 
   void Push(const FramePtr& frame) override { worker_.Push(frame); }
   std::string Finish() override {
@@ -69,11 +71,14 @@ class FolderOutlet : public RecordingOutlet {
   FolderOutlet(std::string folder, std::unique_ptr<ImageRecorder> recorder, bool waits)
       : folder_(std::move(folder)),
         recorder_(std::move(recorder)),
-        worker_(kMostUnwritten, waits, [this](const FramePtr& frame) {
-          const Status added = recorder_->Add(frame->state.t_ns, frame->image);
-          problem_.Take(added);
-          if (added) ++frames_;
-        }) {}
+        worker_(
+            kMostUnwritten, waits,
+            [this](const FramePtr& frame) {
+              const Status added = recorder_->Add(frame->state.t_ns, frame->image);
+              problem_.Take(added);
+              if (added) ++frames_;
+            },
+            kNiceness) {}
 
   void Push(const FramePtr& frame) override {
     if (is_on_) worker_.Push(frame);

@@ -1,4 +1,6 @@
 #pragma once
+#include <sys/resource.h>
+
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
@@ -13,12 +15,13 @@ namespace tagtwist::internal {
 
 /// A thread that works on what is handed to it, in order. Who hands it on never waits: when `most`
 /// values wait already, the one that waited longest is dropped and counted. With `waits` it is the
-/// other way round: nothing is dropped, and who hands on waits.
+/// other way round: nothing is dropped, and who hands on waits. `niceness`: how far the thread
+/// gives way to those of other work, as of nice(1).
 template <typename T>
 class Worker {
  public:
-  Worker(size_t most, bool waits, std::function<void(T)> work)
-      : most_(most), waits_(waits), work_(std::move(work)), waiting_(most) {
+  Worker(size_t most, bool waits, std::function<void(T)> work, int niceness = 0)
+      : most_(most), waits_(waits), niceness_(niceness), work_(std::move(work)), waiting_(most) {
     thread_ = std::thread([this] { Run(); });
   }
   ~Worker() { Finish(); }
@@ -49,6 +52,8 @@ class Worker {
 
  private:
   void Run() {
+    // Of this thread alone: Linux knows no other. Where it may not be, it is not.
+    if (niceness_ != 0) static_cast<void>(::setpriority(PRIO_PROCESS, 0, niceness_));
     while (true) {
       std::optional<T> value;
       {
@@ -64,6 +69,7 @@ class Worker {
 
   size_t most_;
   bool waits_;
+  int niceness_;
   std::function<void(T)> work_;
   mutable std::mutex mutex_;  // of all that follows
   std::condition_variable changed_;
