@@ -65,9 +65,9 @@ class ThreadedPublisher : public Publisher {
       numbers_.emplace(kMostUnsent, false, [this](const FramePtr& frame) { SendNumbers(*frame); });
     }
     if (server_) {
-      constexpr int kNiceness = 5;  // what is known of the frame goes first
+      constexpr int kPictureNiceness = 5;  // what is known of the frame goes first
       pictures_.emplace(
-          1, false, [this](const FramePtr& frame) { SendPicture(*frame); }, kNiceness);
+          1, false, [this](const FramePtr& frame) { SendPicture(*frame); }, kPictureNiceness);
     }
     return Ok();
   }
