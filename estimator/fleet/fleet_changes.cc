@@ -47,19 +47,32 @@ void Pair(const Fleet& old_fleet, const Fleet& new_fleet, FleetChanges* out) {
   out->only_old = old_rows.size();
 }
 
-// The figure's log ratios, one a recording.
-std::vector<double> LogRatios(size_t figure, const Fleet& old_fleet, const Fleet& new_fleet,
-                              const FleetChanges& pairs) {
-  std::map<std::string, std::pair<double, size_t>> sums;  // of a recording's rows
+// A new row, and the logarithm of its figure over that of its old one.
+struct LogRatio {
+  size_t row = 0;
+  double value = 0;
+};
+
+std::vector<LogRatio> LogRatiosOf(size_t figure, const Fleet& old_fleet, const Fleet& new_fleet,
+                                  const FleetChanges& pairs) {
+  std::vector<LogRatio> out;
   for (size_t i = 0; i < new_fleet.rows.size(); ++i) {
     if (pairs.old_of_new[i] == FleetChanges::kNoRow) continue;
     const FleetRow &now = new_fleet.rows[i], &before = old_fleet.rows[pairs.old_of_new[i]];
     if (now.outcome != FleetOutcome::kDone || before.outcome != FleetOutcome::kDone) continue;
     const auto log_now = LogOf(Figures()[figure], now.figures[figure]);
     const auto log_before = LogOf(Figures()[figure], before.figures[figure]);
-    if (!log_now || !log_before) continue;
-    auto& [sum, count] = sums[now.name];
-    sum += *log_now - *log_before;
+    if (log_now && log_before) out.push_back({i, *log_now - *log_before});
+  }
+  return out;
+}
+
+// One a recording: the mean of its rows.
+std::vector<double> MeansOfRecordings(const std::vector<LogRatio>& ratios, const Fleet& new_fleet) {
+  std::map<std::string, std::pair<double, size_t>> sums;  // of a recording's rows
+  for (const LogRatio& ratio : ratios) {
+    auto& [sum, count] = sums[new_fleet.rows[ratio.row].name];
+    sum += ratio.value;
     ++count;
   }
   std::vector<double> out;
@@ -97,6 +110,29 @@ FigureChange Judge(size_t figure, const std::vector<double>& ratios) {
   return out;
 }
 
+// Rows whose ratio the others do not foretell: the mean and spread without it, whose t has two
+// degrees of freedom less than there are rows. `tests`: how many there are in all.
+void AddSingle(size_t figure, const std::vector<LogRatio>& ratios, size_t tests,
+               std::vector<RecordingChange>* out) {
+  if (ratios.size() <= kLeastRecordings) return;
+  const auto others = static_cast<double>(ratios.size() - 1);
+  double sum = 0, squares = 0;
+  for (const LogRatio& ratio : ratios) sum += ratio.value;
+  for (const LogRatio& ratio : ratios) {
+    if (!(std::abs(ratio.value) > std::log(kLeastSingleFactor))) continue;
+    const double mean = (sum - ratio.value) / others;
+    squares = 0;
+    for (const LogRatio& other : ratios) {
+      if (other.row != ratio.row) squares += (other.value - mean) * (other.value - mean);
+    }
+    const double sigma = std::sqrt(squares / (others - 1) * (1 + 1 / others));
+    const double off = std::abs(ratio.value - mean);
+    const double p = sigma > 0 ? StudentTwoSided(off / sigma, others - 1) : (off > 0 ? 0 : 1);
+    if (p * static_cast<double>(tests) >= kFleetLevel) continue;
+    out->push_back({ratio.row, figure, std::exp(ratio.value)});
+  }
+}
+
 // Holm: the smallest p times the number of tests, the next one times one less, and never less than
 // the one before.
 void CorrectForMany(std::vector<FigureChange>* changes) {
@@ -121,11 +157,26 @@ FleetChanges CompareFleets(const Fleet& old_fleet, const Fleet& new_fleet) {
   FleetChanges out;
   out.old_place = old_fleet.place;
   Pair(old_fleet, new_fleet, &out);
+  std::vector<std::vector<LogRatio>> ratios;
+  size_t tests = 0;
   for (size_t figure = 0; figure < Figures().size(); ++figure) {
-    out.figures.push_back(Judge(figure, LogRatios(figure, old_fleet, new_fleet, out)));
+    ratios.push_back(LogRatiosOf(figure, old_fleet, new_fleet, out));
+    out.figures.push_back(Judge(figure, MeansOfRecordings(ratios.back(), new_fleet)));
+    if (out.figures.back().is_tested) tests += ratios.back().size();
   }
   CorrectForMany(&out.figures);
+  for (const FigureChange& change : out.figures) {
+    if (change.is_tested) AddSingle(change.figure, ratios[change.figure], tests, &out.single);
+  }
   return out;
+}
+
+std::string ChangeText(const RecordingChange& change, const Fleet& new_fleet) {
+  const Figure& figure = Figures()[change.figure];
+  return NameOf(new_fleet.rows[change.new_row]) + ": " + figure.title +
+         (figure.unit[0] != '\0' ? std::string(" [") + figure.unit + "]" : "") +
+         Format(" %.3g times what it was, unlike the others: %s", change.ratio,
+                change.ratio > 1 ? "worse" : "better");
 }
 
 std::string ChangeText(const FigureChange& change) {

@@ -24,11 +24,18 @@ struct OutcomeChange {
   size_t old_row = 0, new_row = 0;
 };
 
+/// A figure of one recording that changed otherwise than those of the others.
+struct RecordingChange {
+  size_t new_row = 0, figure = 0;
+  double ratio = 1;  // new over old, as of FigureChange
+};
+
 /// What changed between two fleets.
 struct FleetChanges {
   std::string old_place;
   std::vector<FigureChange> figures;    // in the order of Figures()
   std::vector<OutcomeChange> outcomes;  // in the order of the new rows
+  std::vector<RecordingChange> single;  // in the order of Figures(), then of the new rows
   std::vector<size_t> old_of_new;       // a new row's old one, or kNoRow
   size_t only_old = 0, only_new = 0;    // rows that the other fleet lacks
   size_t other_tables = 0;              // pairs whose recordings have other tables
@@ -43,10 +50,18 @@ constexpr double kLeastChange = 0.01;
 /// With fewer recordings nothing is said.
 constexpr size_t kLeastRecordings = 4;
 
+/// A single recording is named where its figure changed by this factor.
+constexpr double kLeastSingleFactor = 2;
+
 /// Rows are paired by name and swept values. Each figure's logarithms are compared pair by pair
 /// with Student's t; rows of one recording (a sweep) count as one, their mean. The probabilities
-/// are Holm's (Scand. J. Statistics 6, 1979) for all figures that can be tested.
+/// are Holm's (Scand. J. Statistics 6, 1979) for all figures that can be tested. A single recording
+/// is held against what the others' logarithms foretell (Student's t again), for all recordings and
+/// figures together (Bonferroni).
 FleetChanges CompareFleets(const Fleet& old_fleet, const Fleet& new_fleet);
+
+/// "flight 7: ATE [mm] 4.1 times what it was, unlike the others: worse".
+std::string ChangeText(const RecordingChange& change, const Fleet& new_fleet);
 
 /// "ATE 9.8 % larger (99 %: 6.1 to 13.6 %), in 22 of 24 recordings: worse".
 std::string ChangeText(const FigureChange& change);

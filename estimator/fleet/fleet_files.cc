@@ -43,6 +43,13 @@ Json ChangesJson(const Fleet& fleet, const Fleet& old_fleet, const FleetChanges&
                            {"interval99", {change.low, change.high}},
                            {"p", change.is_tested ? Json(change.p) : Json(nullptr)}};
   }
+  out["single"] = Json::array();
+  for (const RecordingChange& change : changes.single) {
+    out["single"].push_back({{"recording", NameOf(fleet.rows[change.new_row])},
+                             {"figure", Figures()[change.figure].key},
+                             {"ratio", change.ratio},
+                             {"sign", change.ratio > 1 ? "worse" : "better"}});
+  }
   out["outcomes"] = Json::array();
   for (const OutcomeChange& change : changes.outcomes) {
     const FleetRow& now = fleet.rows[change.new_row];
@@ -118,6 +125,7 @@ std::vector<std::string> ChangeNotes(const Fleet& fleet, const Fleet& old_fleet,
                   NameOf(old_fleet.rows[change.old_row].outcome) +
                   (now.error.empty() ? "." : ": " + now.error));
   }
+  for (const RecordingChange& change : changes.single) out.push_back(ChangeText(change, fleet));
   if (changes.only_new > 0) out.push_back(Plural(changes.only_new, "recording") + " only here.");
   if (changes.only_old > 0) out.push_back(Plural(changes.only_old, "recording") + " only there.");
   if (changes.other_tables > 0) {

@@ -1,5 +1,6 @@
 #include "estimator/fleet/row_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,6 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int64_t kMostBytes = 1LL << 30;
+constexpr double kMostCount = 1e12;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 std::string TextAt(const Json& json, const char* key) {
@@ -31,7 +33,7 @@ double NumberAt(const Json& json, const std::string& pointer) {
 double CountAt(const Json& json, const char* key) {
   const auto found = json.find(key);
   const double count = found != json.end() ? NumberOf(*found) : 0;
-  return count >= 0 ? count : 0;
+  return count >= 0 ? std::min(count, kMostCount) : 0;
 }
 
 size_t EntriesAt(const Json& json, const char* key) {

@@ -30,21 +30,28 @@ TEST(FleetChanges, NoiseATenthLargerIsNamedWithTheRightSign) {
 }
 
 TEST(FleetChanges, SmallerNoiseIsBetter) {
-  const auto [worse, better] = NamedIn(CompareFleets(DrawFleet(12, 1.1, 7), DrawFleet(12, 1, 8)));
+  const FleetChanges changes = CompareFleets(DrawFleet(12, 1.1, 7), DrawFleet(12, 1, 8));
+  const auto [worse, better] = NamedIn(changes);
   EXPECT_EQ(worse, 0);
   EXPECT_GE(better, 3);
+  const std::string text = ChangeText(changes.figures[FigureIndex("corner_sigma_px")]);
+  EXPECT_THAT(text, HasSubstr("corner noise [px] "));
+  EXPECT_THAT(text, HasSubstr(" % smaller (99 %: "));
+  EXPECT_THAT(text, HasSubstr("in 12 of 12 recordings: better"));
 }
 
 // The rate of the whole family, of fleets that differ in nothing but their draws.
 TEST(FleetChanges, ChanceIsNamedInOneOfAHundredComparisons) {
   for (const size_t recordings : {size_t{5}, size_t{24}}) {
-    int named = 0;
+    int named = 0, single = 0;
     constexpr int kDraws = 1000;
     for (uint64_t draw = 0; draw < kDraws; ++draw) {
-      const auto [worse, better] = NamedIn(CompareFleets(DrawFleet(recordings, 1, 2 * draw),
-                                                         DrawFleet(recordings, 1, 2 * draw + 1)));
-      named += worse + better > 0 ? 1 : 0;
+      const FleetChanges changes =
+          CompareFleets(DrawFleet(recordings, 1, 2 * draw), DrawFleet(recordings, 1, 2 * draw + 1));
+      named += NamedIn(changes) != std::pair(0, 0) ? 1 : 0;
+      single += changes.single.empty() ? 0 : 1;
     }
+    EXPECT_LE(single, 0.01 * kDraws) << recordings;
     EXPECT_LE(named, 0.02 * kDraws) << recordings;  // 10 expected, sigma 3.2
     EXPECT_GE(named, 3) << recordings << ": a test that never speaks proves nothing";
   }
@@ -81,12 +88,27 @@ TEST(FleetChanges, WhatIsTooSmallToMatterIsNotNamed) {
   EXPECT_EQ(NamedIn(CompareFleets(old_fleet, new_fleet)), std::pair(1, 0));
 }
 
-// One recording that is much worse is no change of the fleet.
-TEST(FleetChanges, OneOutlierIsNotNamed) {
-  const Fleet old_fleet = DrawFleet(24, 1, 3);
-  Fleet new_fleet = old_fleet;
-  new_fleet.rows[5].figures[0] *= 50;
-  EXPECT_EQ(NamedIn(CompareFleets(old_fleet, new_fleet)), std::pair(0, 0));
+// One recording that is much worse is no change of the fleet: it is named by itself.
+TEST(FleetChanges, OneOutlierIsNamedByItself) {
+  for (const uint64_t draw : {3u, 4u}) {  // the same bytes besides, and another draw
+    const Fleet old_fleet = DrawFleet(24, 1, 3);
+    Fleet new_fleet = DrawFleet(24, 1, draw);
+    new_fleet.rows[5].figures[0] *= 50;
+    const FleetChanges changes = CompareFleets(old_fleet, new_fleet);
+    EXPECT_EQ(NamedIn(changes), std::pair(0, 0));
+    ASSERT_EQ(changes.single.size(), 1u);
+    EXPECT_EQ(changes.single[0].new_row, 5u);
+    EXPECT_EQ(changes.single[0].figure, 0u);
+    EXPECT_GT(changes.single[0].ratio, 20);
+    EXPECT_THAT(ChangeText(changes.single[0], new_fleet), HasSubstr("flight 5: ATE [mm] "));
+  }
+}
+
+// All twice as large: that is the fleet's change, and none of its recordings'.
+TEST(FleetChanges, WhatAllDoIsNamedOfNoRecording) {
+  const FleetChanges changes = CompareFleets(DrawFleet(24, 1, 3), DrawFleet(24, 2.5, 4));
+  EXPECT_GE(NamedIn(changes).first, 5);
+  EXPECT_TRUE(changes.single.empty());
 }
 
 // Nine values of a flag are not nine recordings.

@@ -68,6 +68,15 @@ TEST(FleetCsv, CellsAreQuotedWhereTheyMust) {
   EXPECT_THAT(csv, HasSubstr("\n\"a,\"\"b\"\"\nc\",,done,"));
 }
 
+TEST(FleetJson, SaysWhatBecameWorse) {
+  const Fleet old_fleet = DrawFleet(12, 1, 7), fleet = DrawFleet(12, 1.1, 8);
+  const FleetChanges changes = CompareFleets(old_fleet, fleet);
+  const std::string json = FormatFleetJson(fleet, &old_fleet, &changes);
+  EXPECT_THAT(json, HasSubstr("\"figure\": \"corner_sigma_px\",\n        \"sign\": \"worse\""));
+  EXPECT_THAT(json, Not(HasSubstr("\"sign\": \"better\"")));
+  EXPECT_THAT(FleetText(fleet, &old_fleet, &changes), HasSubstr("changed: corner noise [px] "));
+}
+
 TEST(FleetText, NothingThatATerminalWouldObey) {
   Fleet fleet = HostileFleet();
   fleet.rows[4].error = "x\033[2Jy\n";
