@@ -39,7 +39,7 @@ class Lists(unittest.TestCase):
 
     def test_flags_come_from_the_program(self):
         self.assertLessEqual({"camera_file", "map", "ground_truth", "config", "threads", "corner_sigma_px"}, FLAGS)
-        self.assertFalse({"output", "dataset", "only_detections"} & FLAGS)
+        self.assertFalse({"output", "dataset", "only_detections", "pieces", "overlay", "stream", "record", "help"} & FLAGS)
 
     def test_cells_become_flags_and_paths_are_the_lists(self):
         row, = self.rows("recording,map,corner_sigma_px,config\na b,m.yaml,0.1,\n")
@@ -66,9 +66,9 @@ class Lists(unittest.TestCase):
 
     def test_wrong_lists_are_told_with_file_and_line(self):
         self.assert_refused("list.csv:1: column 'cameras_file': expected recording, name, pieces, or a flag of "
-                            "tagtwist_estimate, did you mean camera_file?", "recording,cameras_file\nx,1\n")
+                            "tagtwist_estimate that says what to read or how, did you mean camera_file?", "recording,cameras_file\nx,1\n")
         self.assert_refused("list.csv:1: expected a column 'recording'", "map\nx\n")
-        self.assert_refused("list.csv:1: column 'output': a fleet's recordings cannot have it", "recording,output\nx,y\n")
+        self.assert_refused("list.csv:1: column 'output': expected recording, name, pieces, or a flag", "recording,output\nx,y\n")
         self.assert_refused("list.csv:1: column 'map' is there twice", "recording,map,map\nx,y,z\n")
         self.assert_refused("list.csv:3: expected 2 columns, got 1", "recording,map\nx,y\nz\n")
         self.assert_refused("list.csv:3: 'x' is listed twice, first in line 2", "recording\nx\nx\n")

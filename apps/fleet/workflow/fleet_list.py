@@ -18,8 +18,10 @@ IMAGES = {".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff"}
 MARKS = {"timestamps.csv", "detections.csv", "mav0", "cam0", "metadata.yaml"}
 OWN_COLUMNS = ("recording", "name", "pieces")
 PATHS = ("config", "camera_file", "map", "ground_truth")
-# What a fleet gives itself, or what would write beside its results.
-NOT_IN_A_LIST = ("dataset", "output", "stream", "realtime", "overlay", "only_detections", "fail_on", "flagfile")
+# What a fleet gives itself; and of what writes or serves beside the results nothing but these.
+NOT_IN_A_LIST = ("dataset", "pieces", "realtime", "fail_on", "help", "man", "version")
+GROUPS_THAT_WRITE = ("What to write", "While it runs")
+WRITTEN_ALL_THE_SAME = ("write_covariance", "write_detections")
 
 
 @dataclass
@@ -43,7 +45,14 @@ class Row:
 def flags_of(program):
     """Names of the program's flags, from its own help."""
     help_text = subprocess.run([str(program), "--help"], capture_output=True, text=True, check=True).stdout
-    return set(re.findall(r"^  --([a-z0-9_]+)", help_text, re.MULTILINE)) - set(NOT_IN_A_LIST)
+    flags, group = set(), ""
+    for line in help_text.splitlines():
+        found = re.match(r"  --([a-z0-9_]+)", line)
+        if not found:
+            group = line if line[:1].isalpha() else group
+        elif found.group(1) in WRITTEN_ALL_THE_SAME or group not in GROUPS_THAT_WRITE:
+            flags.add(found.group(1))
+    return flags - set(NOT_IN_A_LIST)
 
 
 def rows_of(recordings, known_flags):
@@ -95,12 +104,10 @@ def check_columns(path, columns, known_flags):
             raise Fault(f"{path}:1: column '{column}' is there twice")
         if column in OWN_COLUMNS or column in known_flags:
             continue
-        if column in NOT_IN_A_LIST:
-            raise Fault(f"{path}:1: column '{column}': a fleet's recordings cannot have it")
         near = difflib.get_close_matches(column, sorted(known_flags) + list(OWN_COLUMNS), 1)
         hint = f", did you mean {near[0]}?" if near else ""
         raise Fault(f"{path}:1: column '{column}': expected recording, name, pieces, or a flag of "
-                    f"tagtwist_estimate{hint}")
+                    f"tagtwist_estimate that says what to read or how{hint}")
     if "recording" not in columns:
         raise Fault(f"{path}:1: expected a column 'recording'")
 

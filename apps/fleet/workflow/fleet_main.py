@@ -95,8 +95,8 @@ def take_rows(options, extra, programs):
     for row in rows:
         row.flags = {**common, **row.flags}
         row.pieces = row.pieces if row.pieces > 1 else options.pieces
-        for flag in ("sliding_window", "calibrate", "map_unknown_tags", "use_detections"):
-            if row.flags.get(flag, "false") in ("true", "1"):
+        for flag in ("sliding_window", "calibrate", "map_unknown_tags", "use_detections", "from", "to"):
+            if row.flags.get(flag, "false") != "false":
                 row.pieces = 1  # they have nothing to share
     return rows
 
@@ -106,13 +106,22 @@ def readable(text):
     return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
+def why_not_run(output, row):
+    """Of a recording that has no record: a piece of it was ended, or the engine was."""
+    for state in sorted((output / "pieces" / row.id).glob("*.json")):
+        piece = read_json(state) or {}
+        if piece.get("outcome") == "unfinished":
+            return f"a piece of it: {piece.get('error', '')}"
+    return "was not run: .fleet/snakemake.txt says why"
+
+
 def outcome_of(output, row, job):
     record = read_json(output / "records" / f"{row.id}.json") or {}
     is_of_this = record.get("job") == digest_of(job)
     return {"name": readable(row.name), "folder": f"runs/{row.id}", "log": f"logs/{row.id}.txt",
             "values": {flag: readable(value) for flag, value in row.swept.items()},
             "outcome": record.get("outcome", "unfinished") if is_of_this else "unfinished",
-            "error": readable(record.get("error", "")) if is_of_this else "was not run: .fleet/snakemake.txt says why",
+            "error": readable(record.get("error", "") if is_of_this else why_not_run(output, row)),
             "wall_s": record.get("wall_s", 0) if is_of_this else 0,
             "version": job["version"], "program_sha256": job["program_sha256"]}
 
