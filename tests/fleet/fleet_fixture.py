@@ -96,9 +96,8 @@ def result_bytes(output):
 
 def half_files(output):
     """What something that was ended may have left."""
-    return [str(path) for path in pathlib.Path(output).rglob(".*") if ".partial" in path.name
-            or ".commit" in path.name or (path.name.startswith(".") and path.suffix not in ("", ".fleet")
-                                          and ".snakemake" not in str(path))]
+    return [str(path) for path in pathlib.Path(output).rglob(".*")
+            if any(mark in path.name for mark in (".partial", ".commit", ".part-"))]
 
 
 def descendants(pid):

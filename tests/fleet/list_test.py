@@ -135,6 +135,16 @@ class Lists(unittest.TestCase):
             self.assertIn(fault, run.stderr)
         self.assertEqual(sorted(p.name for p in (self.folder / "mine").iterdir()), ["list.csv", "thesis.tex"])
 
+    def test_without_the_engine_nothing_is_begun(self):
+        (self.folder / "rec").mkdir()
+        (self.folder / "rec" / "timestamps.csv").write_text("t,file\n", encoding="utf-8")
+        (self.folder / "list.csv").write_text("recording\nrec\n", encoding="utf-8")
+        run = subprocess.run([str(fixture.PROGRAMS / "tagtwist_fleet"), "--recordings", "list.csv", "--output", "out"],
+                             capture_output=True, text=True, check=False, cwd=self.folder, env={"PATH": "/nowhere"})
+        self.assertEqual(run.returncode, 1)
+        self.assertTrue(run.stderr.startswith("tagtwist_fleet: snakemake is not installed: "), run.stderr)
+        self.assertFalse((self.folder / "out").exists())
+
     def test_the_man_page_has_every_flag(self):
         page = (pathlib.Path(__file__).parents[2] / "apps" / "fleet" / "tagtwist_fleet.1").read_text(encoding="utf-8")
         for action in fleet_main.make_parser()._actions:

@@ -105,10 +105,13 @@ def write_plan(output, chunks, options):
                           for piece in piece_names(jobs[row.id])] for name, rows in chunks.items()}}))
 
 
-def run(output, chunks, digests, options):
-    """Runs the chunks; what came of each is in records/."""
+def check_installed():
     if shutil.which("snakemake") is None:
         raise Fault("snakemake is not installed: apt-get install snakemake (scripts/setup fleet)")
+
+
+def run(output, chunks, digests, options):
+    """Runs the chunks; what came of each is in records/."""
     profile = profile_folder(options.profile)
     for name in ("chunks", "pieces"):  # the engine's marks of an earlier run; results are known by records/
         shutil.rmtree(output / ".fleet" / name, ignore_errors=True)

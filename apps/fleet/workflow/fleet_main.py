@@ -10,7 +10,8 @@ import sys
 import fleet_engine
 from fleet_fault import Fault
 from fleet_list import flags_of, rows_of
-from fleet_plan import check_places, chunks_of, digest_of, is_done, job_of, read_json, to_json, why, write_whole
+from fleet_plan import (check_places, chunks_of, digest_of, is_done, job_of, read_json, remove_parts, to_json, why,
+                        write_whole)
 
 SUMMARY = """Estimates many recordings with tagtwist_estimate, on this machine or on a cluster, and gathers
 the results in one table: fleet.html, fleet.csv, fleet.json in --output. What is done is not done
@@ -171,7 +172,10 @@ def fleet(options, extra, programs):
     if options.dry_run:
         tell_dry_run(output, rows, jobs, pending)
         return 0
+    if pending:
+        fleet_engine.check_installed()
     held = fleet_engine.lock(output)  # noqa: F841: until the end
+    remove_parts(output)
     for row in pending:
         place = output / "jobs" / f"{row.id}.json"
         if read_json(place) != jobs[row.id]:

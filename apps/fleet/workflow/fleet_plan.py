@@ -16,6 +16,16 @@ MOST_HASHED_BYTES = 32 << 20
 TABLES = (".csv", ".yaml", ".yml", ".json", ".xml", ".txt")
 
 
+PART = ".part-"  # in the name of a file that is not whole yet
+
+
+def remove_parts(output):
+    """What write_whole left where its process was killed."""
+    for folder in (output, output / ".fleet", output / "jobs", output / "records", *output.glob("pieces/*")):
+        for left in folder.glob(f".*{PART}*"):
+            left.unlink(missing_ok=True)
+
+
 def write_whole(path, text):
     """Writes a file whole or not at all; nothing is touched where it says the same already."""
     path = pathlib.Path(path)
@@ -26,7 +36,7 @@ def write_whole(path, text):
     except OSError:
         pass
     path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, partial = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    descriptor, partial = tempfile.mkstemp(prefix=f".{path.name}{PART}", dir=path.parent)
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(data)
