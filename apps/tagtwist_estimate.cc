@@ -125,8 +125,9 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
   RememberInputs(job, config, taken, &context->facts);
   if (!run) return FailureOf(job, run.error(), taken, doubts, context->facts);
   std::vector<std::string>& warnings = run->estimate.warnings;
-  warnings.insert(warnings.begin(), taken.warnings.begin(), taken.warnings.end());
-  for (const Fault& fault : doubts) warnings.push_back(TextOf(fault));
+  std::vector<std::string> first = taken.warnings;  // what is wrong as a whole before its traces
+  for (const Fault& fault : doubts) first.push_back(TextOf(fault));
+  warnings.insert(warnings.begin(), first.begin(), first.end());
   if (feed != nullptr) {
     run->facts.live->frames_dropped = feed->dropped();
     std::cerr << "tagtwist_estimate: " << LiveText(*run->facts.live, run->estimate.frames.size())

@@ -3,9 +3,11 @@
 
 #include <iostream>
 
+#include "apps/map/map_pdf.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
 #include "apps/support/usage.h"
+#include "estimator/evaluation/plausibility.h"
 #include "estimator/jobs/in_order.h"
 #include "estimator/jobs/map_recording.h"
 #include "estimator/report/files/map_svg.h"
@@ -15,8 +17,8 @@
 #include "frontend/io/setup/tag_map_file.h"
 
 DEFINE_string(check, "",
-              "Map to check and describe: a configuration, Kalibr aprilgrid, WPILib field, TagSLAM "
-              "bodies.");
+              "Map to check and describe: a configuration, Kalibr aprilgrid, WPILib or Limelight "
+              "field, TagSLAM bodies, apriltag_ros tags.yaml.");
 DEFINE_string(map, "", "Map to render: the same kinds of file; --check's without it.");
 DEFINE_double(tag_size_m, 0, "Side of a tag's black square, where the file does not say it.");
 DEFINE_string(tag_family, "", "The tags' family, where the file does not say it.");
@@ -31,7 +33,10 @@ DEFINE_int32(root_tag, -1, "The tag whose frame is the world; -1: the one seen m
 DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any where left out.");
 DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
-DEFINE_string(render, "", "SVG to write, in true size: print it at 100 %, or look at it.");
+DEFINE_string(render, "",
+              "Picture to write, in true size: an SVG of the whole map, or, where the name ends in "
+              ".pdf, pages to print at 100 %.");
+DEFINE_string(paper, "a4", "Of the PDF's pages: a4 or letter.");
 
 namespace tagtwist::internal {
 namespace {
@@ -40,7 +45,8 @@ Usage MapUsage() {
   Usage usage;
   usage.program = "tagtwist_map";
   usage.synopsis =
-      "--check FILE | --map FILE --render FILE.svg | --from RECORDING --tag_size_m SIZE --output "
+      "--check FILE | --map FILE --render FILE.svg|FILE.pdf | --from RECORDING --tag_size_m SIZE "
+      "--output "
       "FILE";
   usage.summary =
       "Checks a map of AprilTags (ids given twice or not in the family, tags that overlap or have\n"
@@ -49,15 +55,21 @@ Usage MapUsage() {
       {"The map", {"check", "map", "tag_size_m", "tag_family"}},
       {"Making one",
        {"from", "config", "camera_file", "camera", "root_tag", "topic", "use_detections"}},
-      {"What to write", {"render", "output"}}};
+      {"What to write", {"render", "paper", "output"}}};
   usage.examples = {
-      {"A map to print, in true size", "tagtwist_map --map mat.yaml --render mat.svg"},
+      {"A map to print, in true size", "tagtwist_map --map mat.yaml --render mat.pdf"},
       {"A map of tags that nobody surveyed",
        "tagtwist_map --from flight --tag_size_m 0.152 --output map.yaml"}};
   return usage;
 }
 
+bool IsPdf(const std::string& path) {
+  return path.size() > 4 && path.compare(path.size() - 4, 4, ".pdf") == 0;
+}
+
 std::string WrongFlags() {
+  if (const auto paper = PaperOf(FLAGS_paper); !paper) return "--paper: " + paper.error().message;
+  if (FLAGS_paper != "a4" && !IsPdf(FLAGS_render)) return "--paper: expected with --render x.pdf";
   if (!FLAGS_from.empty()) {
     if (!FLAGS_check.empty() || !FLAGS_map.empty() || !FLAGS_render.empty()) {
       return "--from: expected without --check, --map and --render";
@@ -118,13 +130,19 @@ Status Run() {
     const auto map = Read(FLAGS_check);
     if (!map) return map.error();
     std::cout << FLAGS_check << ": " << DescribeMap(*map) << "\n";
+    for (const Fault& fault : ImplausibleMap(*map)) {
+      std::cerr << "tagtwist_map: warning: " << FLAGS_check << ": " << fault.fact << " "
+                << fault.advice << "\n";
+    }
   }
   if (FLAGS_render.empty()) return Ok();
-  const auto map = Read(FLAGS_map.empty() ? FLAGS_check : FLAGS_map);
+  const std::string& source = FLAGS_map.empty() ? FLAGS_check : FLAGS_map;
+  const auto map = Read(source);
   if (!map) return map.error();
-  const auto svg = MapSvg(*map);
-  if (!svg) return svg.error();
-  return WriteFileAtomically(FLAGS_render, *svg);
+  const auto picture =
+      IsPdf(FLAGS_render) ? MapPdf(*map, *PaperOf(FLAGS_paper), source) : MapSvg(*map);
+  if (!picture) return picture.error();
+  return WriteFileAtomically(FLAGS_render, *picture);
 }
 
 int Main(int argc, char** argv, const Usage& usage) {

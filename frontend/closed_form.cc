@@ -5,6 +5,7 @@
 
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/tag_outline.h"
+#include "frontend/types/lens/lens.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -120,7 +121,7 @@ void ClosedFormEstimator::UpdateTwists(int64_t t_ns, const std::vector<FlowPoint
   if (const auto twist = SolveTwist(flow)) closed_form->twist_plain = in_body(*twist);
 
   TwistRansacOptions ransac;
-  ransac.threshold = options_.ransac_threshold_px / (camera_.fx * dt_s);
+  ransac.threshold = options_.ransac_threshold_px / (FocalLengthOnAxis(camera_) * dt_s);
   ransac.success = options_.ransac_success;
   ransac.inlier_ratio = options_.ransac_inlier_ratio;
   ransac.enough_inliers = options_.ransac_enough_inliers;

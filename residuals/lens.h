@@ -12,9 +12,9 @@ namespace tagtwist::internal {
 enum LensEntry { kLogFocal = 0, kLogAspect, kCentreX, kCentreY, kFirstDistortion };
 
 /// Names of the lens model's coefficients, "k1", ..., in the order of the configuration.
-std::vector<std::string> DistortionNames(Camera camera);
+std::vector<std::string> DistortionNames(const Camera& camera);
 /// Their values.
-Eigen::VectorXd DistortionCoefficients(Camera camera);
+Eigen::VectorXd DistortionCoefficients(const Camera& camera);
 
 int LensSize(const Camera& camera);
 

@@ -10,6 +10,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/io/trajectories/trajectory_file.h"
+#include "frontend/types/lens/lens.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -33,7 +34,7 @@ std::string RecordingLine(const std::string& dataset, const DataSource& source) 
 
 const char* LensText(const Camera& camera) {
   if (!camera.IsDistorted()) return "no distortion";
-  return camera.lens == LensModel::kEquidistant ? "equidistant" : "radtan";
+  return LensName(camera.lens);
 }
 
 std::string CameraLine(const Config& config) {

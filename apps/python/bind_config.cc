@@ -9,6 +9,7 @@
 #include "frontend/base/named_enum.h"
 #include "frontend/io/setup/camera_file.h"
 #include "frontend/io/setup/tag_map_file.h"
+#include "frontend/types/lens/lens.h"
 
 namespace tagtwist::internal::python {
 namespace {
@@ -152,22 +153,21 @@ void BindMapAndCamera(py::module_& module) {
           },
           "(3, 3) [px]; the centre of the top-left pixel is (0, 0)")
       .def_property_readonly(
-          "lens",
-          [](const Camera& c) {
-            return c.lens == LensModel::kEquidistant ? "equidistant" : "radtan";
-          },
-          "\"radtan\" or \"equidistant\"")
+          "lens", [](const Camera& c) { return LensName(c.lens); },
+          "\"radtan\", \"equidistant\", \"ds\", \"eucm\", \"omni\" or \"fov\"")
       .def_property_readonly(
           "distortion",
           [](const Camera& c) {
-            if (c.lens == LensModel::kEquidistant) {
-              return FromMatrix(Eigen::Vector4d(c.k1, c.k2, c.k3, c.k4));
+            const auto& coefficients = LensCoefficients(c.lens);
+            Eigen::VectorXd out(static_cast<Eigen::Index>(coefficients.size()));
+            for (size_t i = 0; i < coefficients.size(); ++i) {
+              out(static_cast<Eigen::Index>(i)) = c.*coefficients[i].value;
             }
-            Eigen::Matrix<double, 8, 1> out;
-            out << c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6;
             return FromMatrix(out);
           },
-          "k1 k2 p1 p2 k3 k4 k5 k6 of radtan, k1..k4 of equidistant, as OpenCV orders them");
+          "k1 k2 p1 p2 k3 k4 k5 k6 of radtan, k1..k4 of equidistant, as OpenCV orders them; xi "
+          "alpha "
+          "of ds, alpha beta of eucm, xi k1 k2 p1 p2 of omni, w of fov");
   py::class_<TagMap>(module, "TagMap", "Where the tags are (read_map).")
       .def_property_readonly("family", &TagMap::family, "\"tag36h11\"")
       .def_property_readonly(

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "frontend/base/format_text.h"
+#include "frontend/types/lens/lens.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -16,8 +17,9 @@ double Median(std::vector<double> values) {
 
 void AddFieldOfView(const Camera& camera, std::vector<Fault>* out) {
   constexpr double kLeastDeg = 1, kMostDeg = 175;
-  const double width_deg = 2 * 57.29578 * std::atan(0.5 * camera.width / camera.fx);
-  const double height_deg = 2 * 57.29578 * std::atan(0.5 * camera.height / camera.fy);
+  const double focal = FocalLengthOnAxis(camera), aspect = camera.fy / camera.fx;
+  const double width_deg = 2 * 57.29578 * std::atan(0.5 * camera.width / focal);
+  const double height_deg = 2 * 57.29578 * std::atan(0.5 * camera.height / (aspect * focal));
   const auto bad = [&](double deg) { return deg < kLeastDeg || deg > kMostDeg; };
   if (camera.lens == LensModel::kRadialTangential && (bad(width_deg) || bad(height_deg))) {
     out->push_back({Format("The calibration gives the camera a field of view of %.3g x %.3g deg.",
@@ -36,9 +38,40 @@ void AddCentre(const Camera& camera, std::vector<Fault>* out) {
                   "crop far from the middle it may be right."});
 }
 
+// Whether two tags lie on one sheet.
+bool AreCoplanar(const Tag& a, const Tag& b) {
+  const Eigen::Vector3d up = a.world_from_tag.rotation() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d other = b.world_from_tag.rotation() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d apart = b.world_from_tag.translation() - a.world_from_tag.translation();
+  return up.dot(other) > 0.99 && std::abs(up.dot(apart)) < 0.1 * a.size_m;
+}
+
+void AddGaps(const TagMap& map, std::vector<Fault>* out) {
+  constexpr double kLeastShare = 0.06;  // of the side: half a cell of the coarsest families
+  const std::vector<Tag>& tags = map.tags();
+  size_t close = 0;
+  double least_m = INFINITY, size_m = 0;
+  for (size_t i = 1; i < tags.size(); ++i) {  // ids that follow each other lie side by side
+    const Tag &a = tags[i - 1], &b = tags[i];
+    const double side_m = 0.5 * (a.size_m + b.size_m);
+    const double gap_m =
+        (a.world_from_tag.translation() - b.world_from_tag.translation()).norm() - side_m;
+    if (!(gap_m < kLeastShare * side_m) || !AreCoplanar(a, b)) continue;
+    ++close;
+    if (gap_m < least_m) size_m = side_m;
+    least_m = std::min(least_m, gap_m);
+  }
+  if (2 * close < tags.size() || tags.size() < 2) return;
+  out->push_back(
+      {Format("The map's tags of %.4g m lie %.3g m apart, %.3f of their size: without a white "
+              "border between them none is found.",
+              size_m, least_m, least_m / size_m),
+       "Kalibr's tagSpacing is a share of the size, not metres; gaps are between black squares."});
+}
+
 }  // namespace
 
-std::vector<Fault> ImplausibleSetUp(const Camera& camera, const TagMap& map) {
+std::vector<Fault> ImplausibleMap(const TagMap& map) {
   constexpr double kLargestM = 5, kSmallestM = 1e-3;
   std::vector<Fault> out;
   double smallest_m = INFINITY, largest_m = 0;
@@ -53,6 +86,12 @@ std::vector<Fault> ImplausibleSetUp(const Camera& camera, const TagMap& map) {
     out.push_back(
         {Format("The map has tags of %.3g mm.", 1e3 * smallest_m), "Lengths are in metres."});
   }
+  AddGaps(map, &out);
+  return out;
+}
+
+std::vector<Fault> ImplausibleSetUp(const Camera& camera, const TagMap& map) {
+  std::vector<Fault> out = ImplausibleMap(map);
   AddFieldOfView(camera, &out);
   AddCentre(camera, &out);
   return out;

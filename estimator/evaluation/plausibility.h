@@ -11,6 +11,9 @@ namespace tagtwist::internal {
 /// What of a set-up cannot be: tags larger than a house or smaller than a letter (millimetres taken
 /// for metres), fields of view that no lens has, a principal point off the image.
 std::vector<Fault> ImplausibleSetUp(const Camera& camera, const TagMap& map);
+/// What of that is the map's alone: sizes, and tags of one sheet without a white border between
+/// them (spacings in metres taken for shares of a size).
+std::vector<Fault> ImplausibleMap(const TagMap& map);
 
 /// A pose of the body and its moment.
 struct TimedPose {

@@ -103,6 +103,7 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
   if (deadline) deadline->Start();
   since_last_stage = Stopwatch();
   auto output = estimator->AddImage((*taken)->t_ns, (*taken)->image);
+  if (options.on_measurements) options.on_measurements(estimator->measurements());
   if (!output) return walk.OfFrame(output.error());
   frame.image = (*taken)->image;
   const std::string& problem = (*taken)->image_problem;
@@ -117,6 +118,7 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfStream() {
   if (!*taken || !walk.Takes((*taken)->measurements.t_ns)) return std::optional<WindowOutput>();
   AddStageTimes(**taken, &out.facts.times);
   since_last_stage = Stopwatch();
+  if (options.on_measurements) options.on_measurements((*taken)->measurements);
   auto output = estimator->AddMeasurements(std::move((*taken)->measurements));
   if (!output) return walk.OfFrame(output.error());
   frame.image = (*taken)->image;

@@ -19,7 +19,8 @@ struct RunOptions {
   bool use_detections = false;
   /// Batch: tags that were found before, with use_detections false; nullptr: images are searched.
   std::shared_ptr<const MeasuredTags> measured = {};
-  /// Batch: what was measured in each frame, before it is estimated with.
+  /// What was measured in each frame, before or, of a window's guided detection, as it is estimated
+  /// with.
   std::function<void(const FrameMeasurements&)> on_measurements = {};
   size_t max_frames = std::numeric_limits<size_t>::max();
   int64_t duration_ns = std::numeric_limits<int64_t>::max();  // from the first frame's stamp

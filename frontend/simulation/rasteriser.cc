@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "frontend/types/lens/lens.h"
+
 namespace tagtwist::internal {
 namespace {
 
@@ -31,8 +33,9 @@ std::optional<PatchPlane> MakePlane(const SampleGrid& grid, const Pose& cam_from
   PatchPlane out;
   const Eigen::Matrix3d inverse = ray_from_plane.inverse();
   out.plane_from_ray = inverse.cast<float>();
-  out.step_x = (inverse.col(0) / (grid.camera.fx * grid.per_pixel)).cast<float>();
-  out.step_y = (inverse.col(1) / (grid.camera.fy * grid.per_pixel)).cast<float>();
+  const double focal = FocalLengthOnAxis(grid.camera), aspect = grid.camera.fy / grid.camera.fx;
+  out.step_x = (inverse.col(0) / (focal * grid.per_pixel)).cast<float>();
+  out.step_y = (inverse.col(1) / (aspect * focal * grid.per_pixel)).cast<float>();
   out.front = determinant < 0;
   return out;
 }

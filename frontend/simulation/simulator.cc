@@ -11,6 +11,7 @@
 #include "frontend/base/option_check.h"
 #include "frontend/base/statistics/random_stream.h"
 #include "frontend/simulation/renderer.h"
+#include "frontend/types/lens/lens.h"
 
 namespace tagtwist {
 
@@ -153,7 +154,7 @@ std::vector<Pose> Simulator::ExposurePoses(int64_t t_ns) const {
   }
   const double turn = begin.rotation().angularDistance(end.rotation());
   const double shift = (end.translation() - begin.translation()).norm() / nearest_m;
-  const double motion_px = impl_->renderer.camera().fx * (turn + shift);
+  const double motion_px = FocalLengthOnAxis(impl_->renderer.camera()) * (turn + shift);
   const int count =
       static_cast<int>(std::clamp(std::ceil(motion_px / kBlurStepPx), 1.0, 1.0 * kMostSubFrames));
   std::vector<Pose> out;

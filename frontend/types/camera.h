@@ -13,7 +13,19 @@ enum class LensModel {
   kRadialTangential,
   /// Kannala and Brandt 2006, OpenCV's and Kalibr's k1..k4, theta = atan(r):
   ///   (x', y') = (x, y) / r * theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
-  kEquidistant
+  kEquidistant,
+  /// Double sphere, Usenko, Demmel and Cremers 2018, xi and alpha, d = sqrt(r^2 + 1), z = xi d + 1:
+  ///   (x', y') = (x, y) / (alpha sqrt(r^2 + z^2) + (1 - alpha) z).
+  kDoubleSphere,
+  /// Extended unified (EUCM), Khomutenko, Garcia and Martinet 2016, alpha and beta:
+  ///   (x', y') = (x, y) / (alpha sqrt(beta r^2 + 1) + 1 - alpha).
+  kExtendedUnified,
+  /// Unified with distortion, Mei and Rives 2007, Kalibr's omni, xi and k1 k2 p1 p2:
+  ///   (x, y) / (xi sqrt(r^2 + 1) + 1), and of that what kRadialTangential says.
+  kOmni,
+  /// Field of view, Devernay and Faugeras 2001, w [rad]:
+  ///   (x', y') = (x, y) / r * atan(2 r tan(w / 2)) / w.
+  kFieldOfView
 };
 
 /// Pinhole camera with a lens. Pixels follow OpenCV: the centre of the top-left pixel is (0, 0).
@@ -24,6 +36,7 @@ struct Camera {
   double cx = 201.8724, cy = 113.6210;  // [px]
   LensModel lens = LensModel::kRadialTangential;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0, k4 = 0, k5 = 0, k6 = 0;
+  double xi = 0, alpha = 0, beta = 1, w = 0;  // of the models that have them
 
   /// False when normalised coordinates are those of a pinhole.
   bool IsDistorted() const {

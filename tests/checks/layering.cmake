@@ -33,7 +33,7 @@ set(table
   "estimator/publish    | estimator/jobs                            | opencv2 nlohmann threads boost"
   "estimator/report     | estimator/batch estimator/window estimator/evaluation frontend/io | nlohmann"
   "estimator/fleet      | estimator/report                          | nlohmann"
-  "apps                 | estimator/publish estimator/fleet frontend/simulation | opencv2 gflags glog threads iostream"
+  "apps                 | estimator/publish estimator/fleet frontend/simulation | opencv2 gflags glog threads iostream cairo"
   "apps/python          | apps                                      | opencv2 glog pybind11 threads"
 )
 

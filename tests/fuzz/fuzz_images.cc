@@ -52,7 +52,7 @@ bool FuzzMessage(const std::string& bytes) {
   if (bytes.empty()) return false;
   const Cdr data(bytes.begin() + 1, bytes.end());
   HeaderStamp(data);
-  switch (static_cast<unsigned char>(bytes[0]) % 8) {
+  switch (static_cast<unsigned char>(bytes[0]) % 9) {
     case 0:
       return PromiseGray(ReadRos2Image("sensor_msgs/msg/Image", data));
     case 1:
@@ -60,7 +60,11 @@ bool FuzzMessage(const std::string& bytes) {
     case 2:
       return IsTaken(ReadRos2Imu(data));
     case 3:
-      return IsTaken(ReadRos2Tags(data));
+      return IsTaken(ReadRos2Tags("apriltag_msgs/msg/AprilTagDetectionArray", data)) ||
+             IsTaken(
+                 ReadRos2Tags("isaac_ros_apriltag_interfaces/msg/AprilTagDetectionArray", data));
+    case 8:
+      return IsTaken(ReadRos2Transforms(data));
     default:
       return IsTaken(ReadRos2Pose(poses[static_cast<unsigned char>(bytes[0]) % 4], data));
   }

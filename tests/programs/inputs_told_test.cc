@@ -80,6 +80,28 @@ TEST_F(InputsTold, WrittenDetectionsRepeatTheRun) {
   EXPECT_GT(numbers, 0);
 }
 
+// The window writes the corners that it used, searched or guided, and names the same mistakes.
+TEST_F(InputsTold, TheWindowWritesItsDetectionsToo) {
+  const ProgramRun run = Estimate({"--sliding_window", "--write_detections"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  std::istringstream given(ReadText(Path("rec/detections.csv")));
+  std::istringstream written(ReadText(Path("out/detections.csv")));
+  size_t lines = 0;
+  std::string one, other;
+  std::getline(given, one);
+  std::getline(written, other);
+  for (; std::getline(given, one) && std::getline(written, other); ++lines) {
+    EXPECT_EQ(other.rfind(one.substr(0, 30), 0), 0u) << one << "\n" << other;
+  }
+  EXPECT_GT(lines, 20u);
+  MakeRecording(folder_.path(), "pictures", DatasetFormat::kFolder, true);
+  const ProgramRun guided = RunProgram(folder_.path(), "tagtwist_estimate",
+                                       {"--dataset", "pictures", "--sliding_window",
+                                        "--tracks=false", "--write_detections", "--output", "g"});
+  ASSERT_EQ(guided.status, 0) << guided.err;
+  EXPECT_GT(ReadText(Path("g/detections.csv")).size(), 5000u);
+}
+
 TEST_F(InputsTold, FailOnWarningsEndsWithStatus3) {
   ReplaceLine(Path("rec/imu.csv"), 4, Line("rec/imu.csv", 3));
   EXPECT_EQ(Estimate().status, 0);

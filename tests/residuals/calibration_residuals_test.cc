@@ -91,6 +91,31 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
   }
 }
 
+// Every lens model's pixel by its focal lengths, centre and coefficients.
+TEST_F(CalibrationResiduals, LensDerivativesMatchNumericOnes) {
+  for (const LensModel model :
+       {LensModel::kRadialTangential, LensModel::kEquidistant, LensModel::kDoubleSphere,
+        LensModel::kExtendedUnified, LensModel::kOmni, LensModel::kFieldOfView}) {
+    Camera camera = Lens();
+    camera.lens = model;
+    camera.xi = 0.4, camera.alpha = 0.55, camera.beta = 1.1, camera.w = 0.9;
+    for (int round = 0; round < 20; ++round) {
+      const Eigen::Vector3d point(0.6 * Uniform(), 0.6 * Uniform(), 1.2);
+      Eigen::Vector2d pixel;
+      ASSERT_TRUE(camera.Project(point, &pixel));
+      const Eigen::MatrixXd analytic = PixelByLens(camera, point, pixel);
+      ASSERT_EQ(analytic.cols(), LensSize(camera));
+      ExpectDerivative(analytic, [&](const Eigen::VectorXd& step) {
+        Eigen::Vector2d moved;
+        EXPECT_TRUE(PerturbLens(camera, step).Project(point, &moved));
+        return Eigen::VectorXd(moved);
+      });
+    }
+    Camera other = PerturbLens(camera, 0.01 * Eigen::VectorXd::Ones(LensSize(camera)));
+    EXPECT_LT((LensDifference(other, camera).array() - 0.01).abs().maxCoeff(), 1e-12);
+  }
+}
+
 TEST_F(CalibrationResiduals, TagIsSeenWhereAScaledMapHasIt) {
   Tag tag;
   tag.size_m = 0.2;

@@ -18,28 +18,6 @@ constexpr size_t kMostFrames = 30, kMostForVariants = 12;
 constexpr size_t kLeastTags = 4;  // a frame on average: to say that the map is another
 constexpr double kGoodPx = 1;     // the median tag of a good set-up stays below
 
-// Those whose corners run counter-clockwise as printed have a negative area with v downwards.
-double SignedArea(const TagDetection& tag) {
-  double twice = 0;
-  for (size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector2d& a = tag.corners[i];
-    const Eigen::Vector2d& b = tag.corners[(i + 1) % 4];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return 0.5 * twice;
-}
-
-bool RunsTheOtherWay(const std::vector<SeenTags>& frames) {
-  size_t count = 0, all = 0;
-  for (const SeenTags& frame : frames) {
-    for (const TagDetection& tag : frame.tags) {
-      ++all;
-      count += SignedArea(tag) > 0 ? 1 : 0;
-    }
-  }
-  return all >= 4 && count * 10 > all * 8;
-}
-
 // Frames with at least two tags, spread over the recording, those with more tags first among
 // neighbours.
 std::vector<size_t> Spread(const std::vector<SeenTags>& frames, size_t most) {
@@ -79,27 +57,19 @@ Agreement AgreementOf(const std::vector<SeenTags>& frames, const Camera& camera,
           std::sqrt(squares / static_cast<double>(frames.size()))};
 }
 
-std::vector<SeenTags> Under(const std::vector<SeenTags>& frames, const SetUpVariant& variant,
-                            int image_width) {
-  std::vector<SeenTags> out;
-  for (const SeenTags& frame : frames) out.push_back(UnderVariant(frame, variant, image_width));
-  return out;
-}
-
-// A variant under which nearly all tags agree, where they do not as given.
+// Another map under which nearly all tags agree, where they do not as given.
 std::optional<Fault> FindVariant(const std::vector<SeenTags>& frames, const Camera& camera,
-                                 const TagMap& map, bool turns_round) {
+                                 const TagMap& map) {
   constexpr double kAgree = 0.75, kBetter = 0.3;
   const Agreement given = AgreementOf(frames, camera, map);
-  if (!turns_round && given.share > 0.6) return std::nullopt;
+  if (given.share > 0.6) return std::nullopt;
   std::optional<Fault> out;
   Agreement best{0, std::numeric_limits<double>::infinity()};
-  for (const SetUpVariant& variant : SetUpVariants(map, turns_round)) {
-    const Agreement with = AgreementOf(Under(frames, variant, camera.width), camera, variant.map);
+  for (const SetUpVariant& variant : SetUpVariants(map)) {
+    const Agreement with = AgreementOf(frames, camera, variant.map);
     const bool better = with.share > best.share + 0.02 ||
                         (with.share > best.share - 0.02 && with.rms_px < best.rms_px);
-    if (!(with.share >= kAgree && (turns_round || with.share > given.share + kBetter)) || !better)
-      continue;
+    if (!(with.share >= kAgree && with.share > given.share + kBetter) || !better) continue;
     best = with;
     out = Fault{variant.fact, variant.advice};
   }
@@ -152,7 +122,8 @@ std::vector<SetUpChange> StartsOf(const FreeChanges& free) {
     if (free[0]) start.log_focal = std::log(factor);
     if (free[1]) start.log_resolution = std::log(factor);
     if (free[6]) start.log_size = 0.5 * std::log(factor);
-    if (free[0] || free[1] || free[6]) out.push_back(start);
+    if (free[8]) start.log_stretch.setConstant(std::log(factor));
+    if (free[0] || free[1] || free[6] || free[8]) out.push_back(start);
   }
   return out;
 }
@@ -222,17 +193,8 @@ std::optional<Fault> FindSetUpFault(const std::vector<SeenTags>& frames, const C
   }
   std::vector<SeenTags> few;
   for (const size_t i : Spread(known, kMostForVariants)) few.push_back(known[i]);
-  if (RunsTheOtherWay(known)) {
-    if (auto variant = FindVariant(few, camera, map, true)) return variant;
-    return Fault{
-        "The corners of the tags run clockwise: the camera would look at the backs of "
-        "the tags.",
-        "Either they stand in another order (ArUco begins top left and runs "
-        "clockwise; here they run bottom left, bottom right, top right, top left as "
-        "printed), or the images are mirrored."};
-  }
   if (few.size() < 3) return std::nullopt;
-  if (auto variant = FindVariant(few, camera, map, false)) return variant;
+  if (auto variant = FindVariant(few, camera, map)) return variant;
   std::vector<PosedFrame> posed = Posed(known, camera, map);
   if (line_time_s != 0) {  // where nothing is known of the motion, it cannot be undone
     posed.erase(std::remove_if(posed.begin(), posed.end(),

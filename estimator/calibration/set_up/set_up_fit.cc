@@ -18,7 +18,8 @@ using Gradient = Eigen::Matrix<double, kPoseSize + kSetUpChanges, 1>;
 
 Changes ToVector(const SetUpChange& c) {
   Changes out;
-  out << c.log_focal, c.log_resolution, c.centre_px, c.radial, c.log_size, c.line_time_s;
+  out << c.log_focal, c.log_resolution, c.centre_px, c.radial, c.log_size, c.line_time_s,
+      c.log_stretch;
   return out;
 }
 
@@ -30,6 +31,7 @@ SetUpChange FromVector(const Changes& v) {
   out.radial = v.segment<2>(4);
   out.log_size = v(6);
   out.line_time_s = v(7);
+  out.log_stretch = v.segment<2>(8);
   return out;
 }
 
@@ -55,7 +57,10 @@ Eigen::Vector3d Moving(const PosedFrame& frame, const Eigen::Vector3d& world) {
 bool Linearise(const Model& model, const PosedFrame& frame, const Pose& cam_from_world,
                const Point& point, Eigen::Vector2d* error, Jacobian* jacobian) {
   const double size = std::exp(model.change.log_size);
-  const Eigen::Vector3d world = point.centre + size * point.from_centre;
+  const Eigen::Vector2d stretch = model.change.log_stretch.array().exp();
+  Eigen::Vector3d centre = point.centre;
+  centre.head<2>().array() *= stretch.array();
+  const Eigen::Vector3d world = centre + size * point.from_centre;
   const Eigen::Matrix3d rotation = cam_from_world.rotation().toRotationMatrix();
   const Eigen::Vector3d moving = point.pixel.y() * Moving(frame, world);
   const Eigen::Vector3d in_cam =
@@ -82,6 +87,8 @@ bool Linearise(const Model& model, const PosedFrame& frame, const Pose& cam_from
   jacobian->col(11) = n.squaredNorm() * out;
   jacobian->col(12) = by_world * size * point.from_centre;
   jacobian->col(13) = by_point * moving;
+  jacobian->col(14) = by_world.col(0) * centre.x();
+  jacobian->col(15) = by_world.col(1) * centre.y();
   return true;
 }
 

@@ -23,8 +23,9 @@ struct SetUpChange {
   Eigen::Vector2d radial = Eigen::Vector2d::Zero();     // added to k1 and k2
   double log_size = 0;     // tags about their centres times its exponential
   double line_time_s = 0;  // of a rolling shutter, added
+  Eigen::Vector2d log_stretch = Eigen::Vector2d::Zero();  // tags' places along the map's x and y
 };
-constexpr size_t kSetUpChanges = 8;  // numbers in a SetUpChange, in its order
+constexpr size_t kSetUpChanges = 10;  // numbers in a SetUpChange, in its order
 /// Which of them are free.
 using FreeChanges = std::array<bool, kSetUpChanges>;
 

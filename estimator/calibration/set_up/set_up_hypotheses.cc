@@ -47,7 +47,9 @@ std::optional<Fault> RadialWords(const SetUpFit& fit, const Camera& camera, doub
   const double r2 = corner.squaredNorm(), r = std::sqrt(r2);
   const double shift_px =
       camera.fx * r * std::abs(r2 * (fit.change.radial.x() + r2 * fit.change.radial.y()));
-  if (least > 1 || !(shift_px > 3)) return std::nullopt;
+  const bool polynomial =
+      camera.lens == LensModel::kRadialTangential || camera.lens == LensModel::kEquidistant;
+  if (!polynomial || least > 1 || !(shift_px > 3)) return std::nullopt;
   const bool none = !camera.IsDistorted();
   return Fault{
       Format("The corners fit a lens that bends the image's corners by %.0f px %s.", shift_px,
@@ -64,6 +66,20 @@ std::optional<Fault> SizeWords(const SetUpFit& fit, const Camera&, double least,
                       ratio),
                "Measure the black square without its white border, and the gaps between "
                "tags (Kalibr's tagSpacing is a share of the size)."};
+}
+
+std::optional<Fault> GapWords(const SetUpFit& fit, const Camera&, double least, double) {
+  const Eigen::Vector2d stretch = fit.change.log_stretch;
+  const double uneven = std::abs(stretch.x() - stretch.y());
+  if (!IsBetween(stretch.cwiseAbs().maxCoeff(), least * 0.02) || !(uneven > least * 0.02)) {
+    return std::nullopt;
+  }
+  return Fault{
+      Format("The gaps between the tags are not the map's: along its x they lie %.3f times "
+             "as far from one another as it says, along its y %.3f times.",
+             std::exp(stretch.x()), std::exp(stretch.y())),
+      "Gaps are from edge to edge of the black squares, those between rows along x, those "
+      "between columns along y."};
 }
 
 std::optional<Fault> ShutterWords(const SetUpFit& fit, const Camera& camera, double least,
@@ -86,7 +102,8 @@ const std::vector<SetUpHypothesis>& SetUpHypotheses() {
       {{false, false, true, true, false, false, false, false}, CentreWords},
       {{false, false, false, false, true, true, false, false}, RadialWords},
       {{false, false, false, false, false, false, true, false}, SizeWords},
-      {{false, false, false, false, false, false, false, true}, ShutterWords}};
+      {{false, false, false, false, false, false, false, true}, ShutterWords},
+      {{false, false, false, false, false, false, false, false, true, true}, GapWords}};
   return kAll;
 }
 

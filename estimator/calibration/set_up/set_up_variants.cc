@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace tagtwist::internal {
@@ -106,9 +107,12 @@ TagMap Exchanged(const TagMap& map, const Grid& grid, bool gaps) {
   return TagMap(map.family(), std::move(tags));
 }
 
-void AddGrids(const TagMap& map, std::vector<SetUpVariant>* out) {
+}  // namespace
+
+std::vector<SetUpVariant> SetUpVariants(const TagMap& map) {
+  std::vector<SetUpVariant> out;
   const auto grid = GridOf(map);
-  if (!grid) return;
+  if (!grid) return out;
   const bool oblong =
       grid->x_m.size() != grid->y_m.size() && grid->x_m.size() > 1 && grid->y_m.size() > 1;
   for (int gaps = 0; oblong && gaps < 2; ++gaps) {
@@ -116,7 +120,7 @@ void AddGrids(const TagMap& map, std::vector<SetUpVariant>* out) {
     variant.map = Exchanged(map, *grid, gaps != 0);
     variant.fact = "The grid has its numbers of rows and columns exchanged.";
     variant.advice = "Exchange rows and columns in the map, with their gaps.";
-    out->push_back(std::move(variant));
+    out.push_back(std::move(variant));
   }
   for (int way = 1; way < 8; ++way) {
     const bool flip_x = (way & 1) != 0, flip_y = (way & 2) != 0, transposed = (way & 4) != 0;
@@ -126,51 +130,7 @@ void AddGrids(const TagMap& map, std::vector<SetUpVariant>* out) {
                                 "rows stand for columns."
                               : "The ids run the other way over the grid than the map says.";
     variant.advice = "Exchange rows and columns, or the end at which they begin, in the map.";
-    out->push_back(std::move(variant));
-  }
-}
-
-}  // namespace
-
-std::vector<SetUpVariant> SetUpVariants(const TagMap& map, bool turns_round) {
-  std::vector<SetUpVariant> out;
-  for (size_t first = 0; first < 4; ++first) {
-    SetUpVariant variant;
-    variant.map = map;
-    for (size_t i = 0; i < 4; ++i) {
-      variant.order[i] = turns_round ? (first + 4 - i) % 4 : (first + i) % 4;
-    }
-    if (!turns_round && first == 0) continue;
-    variant.fact = "The corners of the tags stand in another order: first comes p" +
-                   std::to_string(variant.order[0] + 1) +
-                   (turns_round ? ", and they run clockwise" : "") +
-                   (variant.order[0] == 3 && turns_round ? ", as ArUco writes them" : "") + ".";
-    variant.advice =
-        "Write them bottom left, bottom right, top right, top left of the tag as printed.";
     out.push_back(std::move(variant));
-  }
-  if (turns_round) {
-    SetUpVariant variant;
-    variant.map = map;
-    variant.mirrored = true;
-    variant.fact = "The images are mirrored.";
-    variant.advice = "Switch the mirroring off where they were taken, or turn them back.";
-    out.push_back(std::move(variant));
-  } else {
-    AddGrids(map, &out);
-  }
-  return out;
-}
-
-SeenTags UnderVariant(const SeenTags& seen, const SetUpVariant& variant, int image_width) {
-  SeenTags out = seen;
-  for (size_t i = 0; i < seen.tags.size(); ++i) {
-    for (size_t k = 0; k < 4; ++k) {
-      Eigen::Vector2d pixel = seen.tags[i].corners[k];
-      if (variant.mirrored) pixel.x() = image_width - 1 - pixel.x();
-      out.tags[i].corners[variant.order[k]] = pixel;
-    }
-    out.tags[i].covariance.reset();
   }
   return out;
 }

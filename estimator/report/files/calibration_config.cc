@@ -4,6 +4,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/base/number_text.h"
 #include "frontend/io/setup/tag_map_text.h"
+#include "frontend/types/lens/lens.h"
 #include "residuals/lens.h"
 
 namespace tagtwist::internal {
@@ -24,8 +25,7 @@ std::string CameraText(const Calibration& c) {
   out += "  fy: " + Number(camera.fy) + SigmaComment("%.3g", focal * camera.fy) + "\n";
   out += "  cx: " + Number(camera.cx) + SigmaComment("%.3g", c.sigma(kCentreX)) + "\n";
   out += "  cy: " + Number(camera.cy) + SigmaComment("%.3g", c.sigma(kCentreY)) + "\n";
-  const bool equidistant = camera.lens == LensModel::kEquidistant;
-  out += std::string("  distortion_model: ") + (equidistant ? "equidistant" : "radtan") + "\n";
+  out += std::string("  distortion_model: ") + LensName(camera.lens) + "\n";
   out += "  distortion: " + FormatNumberList(DistortionCoefficients(camera));
   std::string sigmas;
   for (int i = kFirstDistortion; i < LensSize(camera); ++i) sigmas += Format(" %.2g", c.sigma(i));

@@ -4,91 +4,48 @@
 #include <algorithm>
 #include <vector>
 
+#include "estimator/report/files/map_sheets.h"
 #include "frontend/base/format_text.h"
-#include "frontend/io/setup/tag_map_file.h"
-#include "frontend/types/tag_family.h"
 #include "frontend/types/tag_planes.h"
 
 namespace tagtwist::internal {
 namespace {
 
-constexpr double kMmPerM = 1000, kMarginMm = 20, kBarMm = 100;
-
-// The tags of one plane, in its frame [mm].
-struct Sheet {
-  Eigen::AlignedBox2d box;
-  std::vector<size_t> tags;
-};
+constexpr double kMarginMm = 20, kBarMm = 100;
 
 // The black cells as runs of each row; a cell is one unit, the tag's paper starts at (0, 0).
 std::string BlackCells(const TagPattern& pattern) {
   std::string path;
-  for (int row = 0; row < pattern.cells; ++row) {
-    for (int column = 0; column < pattern.cells; ++column) {
-      if (pattern.IsWhite(column, row)) continue;
-      int end = column;
-      while (end < pattern.cells && !pattern.IsWhite(end, row)) ++end;
-      path += Format("M%d %dh%dv1H%dz", column, row, end - column, column);
-      column = end;
-    }
+  for (const CellRun& run : BlackRuns(pattern)) {
+    path += Format("M%d %dh%dv1H%dz", run.column, run.row, run.length, run.column);
   }
   return path;
 }
 
 // A tag's group: cells to millimetres on the sheet, y down.
-std::string DrawTag(const Tag& tag, const TagPattern& pattern, const Pose& plane_from_tag,
-                    const Eigen::Vector2d& left_top) {
-  const double cell = kMmPerM * tag.size_m / pattern.square_cells;
-  const Eigen::Vector3d right = cell * (plane_from_tag.rotation() * Eigen::Vector3d::UnitX());
-  const Eigen::Vector3d up = cell * (plane_from_tag.rotation() * Eigen::Vector3d::UnitY());
-  const Eigen::Vector3d corner =
-      kMmPerM * plane_from_tag.translation() + 0.5 * pattern.cells * (up - right);
+std::string DrawTag(const SheetTag& tag, const Eigen::Vector2d& left_top_mm) {
+  const Eigen::Vector2d right = tag.cell_mm * tag.right, up = tag.cell_mm * tag.up;
+  const Eigen::Vector2d corner = tag.left_top_mm;
+  const int cells = tag.pattern.cells;
   return Format("<g transform=\"matrix(%.6g %.6g %.6g %.6g %.6f %.6f)\"><title>%d</title>",
-                right.x(), -right.y(), -up.x(), up.y(), corner.x() - left_top.x(),
-                left_top.y() - corner.y(), tag.id) +
-         Format("<rect width=\"%d\" height=\"%d\" fill=\"#fff\"/><path d=\"", pattern.cells,
-                pattern.cells) +
-         BlackCells(pattern) + "\"/></g>\n";
-}
-
-std::vector<Sheet> MakeSheets(const TagMap& map, const TagPlanes& planes,
-                              const std::vector<TagPattern>& patterns) {
-  std::vector<Sheet> sheets(planes.world_from_plane.size());
-  for (size_t i = 0; i < map.tags().size(); ++i) {
-    Tag tag = map.tags()[i];
-    const size_t plane = planes.plane_of_tag.at(tag.id);
-    tag.world_from_tag = Inverse(planes.world_from_plane[plane]) * tag.world_from_tag;
-    tag.size_m *= static_cast<double>(patterns[i].cells) / patterns[i].square_cells;
-    for (const Eigen::Vector3d& corner : TagCornersInWorld(tag)) {
-      sheets[plane].box.extend(Eigen::Vector2d(kMmPerM * corner.head<2>()));
-    }
-    sheets[plane].tags.push_back(i);
-  }
-  return sheets;
+                right.x(), -right.y(), -up.x(), up.y(), corner.x() - left_top_mm.x(),
+                left_top_mm.y() - corner.y(), tag.id) +
+         Format("<rect width=\"%d\" height=\"%d\" fill=\"#fff\"/><path d=\"", cells, cells) +
+         BlackCells(tag.pattern) + "\"/></g>\n";
 }
 
 }  // namespace
 
 Result<std::string> MapSvg(const TagMap& map) {
-  if (const auto problem = CheckTagMap(map)) return Error{*problem};
-  std::vector<int> ids;
-  for (const Tag& tag : map.tags()) ids.push_back(tag.id);
-  const auto patterns = MakeTagPatterns(map.family(), ids);
-  if (!patterns) return patterns.error();
-  const TagPlanes planes = FindTagPlanes(map.tags());
+  const auto sheets = MapSheets(map);
+  if (!sheets) return sheets.error();
   std::string body;
   double x = kMarginMm, height = 0;
-  const std::vector<Sheet> sheets = MakeSheets(map, planes, *patterns);
-  for (size_t s = 0; s < sheets.size(); ++s) {
-    const Sheet& sheet = sheets[s];
-    const Eigen::Vector2d left_top(sheet.box.min().x() - x, sheet.box.max().y() + kMarginMm);
-    const Pose plane_from_world = Inverse(planes.world_from_plane[s]);
-    for (const size_t i : sheet.tags) {
-      const Tag& tag = map.tags()[i];
-      body += DrawTag(tag, (*patterns)[i], plane_from_world * tag.world_from_tag, left_top);
-    }
-    x += std::max(sheet.box.sizes().x(), kBarMm) + kMarginMm;
-    height = std::max(height, sheet.box.sizes().y());
+  for (const MapSheet& sheet : *sheets) {
+    const Eigen::Vector2d left_top(sheet.box_mm.min().x() - x, sheet.box_mm.max().y() + kMarginMm);
+    for (const SheetTag& tag : sheet.tags) body += DrawTag(tag, left_top);
+    x += std::max(sheet.box_mm.sizes().x(), kBarMm) + kMarginMm;
+    height = std::max(height, sheet.box_mm.sizes().y());
   }
   height += 3 * kMarginMm;
   const double bar_y = height - kMarginMm;

@@ -1,6 +1,5 @@
 #include "frontend/io/setup/camera_file.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -10,6 +9,7 @@
 #include "frontend/base/files/input_file.h"
 #include "frontend/base/number_text.h"
 #include "frontend/io/setup/camera_section.h"
+#include "frontend/io/setup/kalibr_camera.h"
 #include "frontend/io/setup/opencv_xml.h"
 #include "frontend/io/setup/other_cameras.h"
 #include "frontend/io/setup/yaml_reader.h"
@@ -24,27 +24,6 @@ const YamlValue* RequireOneOf(std::initializer_list<const char*> names, YamlSect
     if (const YamlValue* node = section->Find(name)) return node;
   }
   return section->Require(std::string(*names.begin()));
-}
-
-// Numbers of a list, of a list of rows, or of {rows, cols, data}.
-Status ReadMatrix(const YamlValue& node, std::vector<double>* numbers) {
-  if (node.kind == YamlValue::Kind::kMapping) {
-    YamlSection section(node);
-    const YamlValue* data = section.Require(std::string("data"));
-    if (data == nullptr) return section.FirstFault();
-    return ReadNumbers(*data, 0, numbers);
-  }
-  if (node.kind != YamlValue::Kind::kList || node.items.empty() ||
-      node.items[0].kind != YamlValue::Kind::kList) {
-    return ReadNumbers(node, 0, numbers);
-  }
-  numbers->clear();
-  for (const YamlValue& row : node.items) {
-    std::vector<double> of_row;
-    if (Status status = ReadNumbers(row, 0, &of_row); !status) return status;
-    numbers->insert(numbers->end(), of_row.begin(), of_row.end());
-  }
-  return Ok();
 }
 
 void ReadCameraMatrix(const YamlValue* node, YamlSection* section, Camera* camera) {
@@ -149,80 +128,6 @@ Result<CameraFile> ReadOpenCvOrRos(const YamlValue& root) {
   return out;
 }
 
-// T_cam_imu: four rows of four.
-void ReadTransform(const YamlValue& node, YamlSection* section, std::optional<Pose>* out) {
-  std::vector<double> n;
-  if (Status status = ReadMatrix(node, &n); !status) return section->Keep(status);
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
-  if (n.size() == 16) rotation << n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10];
-  const double off = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm();
-  if (!(off < 1e-3) || !(rotation.determinant() > 0)) {
-    return section->Keep(node.Refuse("a rigid 4 x 4 matrix, got another"));
-  }
-  *out = MakePose(Eigen::Quaterniond(rotation).normalized(), {n[3], n[7], n[11]});
-}
-
-// The mount under one of its names, and a note on every other transform or offset.
-void ReadMount(const YamlValue& node, YamlSection* section, CameraFile* out) {
-  for (const auto& [key, value] : node.members) {
-    const bool forward = key == "T_cam_imu";
-    const bool inverse = key == "T_imu_cam" || key == "T_BS";
-    if ((forward || inverse) && out->mount_key.empty()) {
-      ReadTransform(value, section, &out->cam_from_body);
-      if (inverse && out->cam_from_body) out->cam_from_body = Inverse(*out->cam_from_body);
-      out->mount_key = key;
-    } else if (key.rfind("T_", 0) == 0 || key.find("timeshift") != std::string::npos) {
-      out->notes.push_back(value.file + ":" + std::to_string(value.line) + ": " + key +
-                           " is not used");
-    }
-  }
-}
-
-Result<CameraFile> ReadKalibrCamera(const YamlValue& node) {
-  YamlSection section(node);
-  CameraFile out;
-  std::string model;
-  section.Require("camera_model", &model);
-  if (!model.empty() && model != "pinhole") {
-    section.Keep(section.Find("camera_model")->Refuse("pinhole"));
-  }
-  std::vector<double> intrinsics, resolution, k;
-  const auto read = [&](const char* name, size_t size, std::vector<double>* numbers) {
-    const YamlValue* list = section.Require(std::string(name));
-    if (list != nullptr) section.Keep(ReadNumbers(*list, size, numbers));
-    numbers->resize(std::max<size_t>(size, numbers->size()), 1.0);
-    return list;
-  };
-  NamedLens lens;
-  if (const YamlValue* name = section.Require(std::string("distortion_model"))) {
-    const auto named = ReadLensName(*name);
-    section.Keep(named ? Ok() : Status(named.error()));
-    if (named) lens = *named;
-  }
-  read("intrinsics", 4, &intrinsics);
-  if (lens.has_coefficients) {
-    const bool euroc = section.Find("distortion_coefficients") != nullptr;
-    const YamlValue* list = read(euroc ? "distortion_coefficients" : "distortion_coeffs", 0, &k);
-    if (list != nullptr) section.Keep(SetLens(*list, lens, k, &out.camera));
-  }
-  if (const YamlValue* size = read("resolution", 2, &resolution)) {
-    for (const double side : resolution) {
-      if (side != std::floor(side)) section.Keep(size->Refuse("whole numbers"));
-    }
-  }
-  Camera& camera = out.camera;
-  camera.fx = intrinsics[0];
-  camera.fy = intrinsics[1];
-  camera.cx = intrinsics[2];
-  camera.cy = intrinsics[3];
-  camera.width = static_cast<int>(std::min(resolution[0], 1e6));
-  camera.height = static_cast<int>(std::min(resolution[1], 1e6));
-  ReadMount(node, &section, &out);
-  section.KeepProblem(camera.Problem());
-  if (Status status = section.FirstFault(); !status) return status.error();
-  return out;
-}
-
 Result<CameraFile> ReadOwn(const YamlValue& node) {
   YamlSection section(node);
   CameraFile out;
@@ -232,35 +137,21 @@ Result<CameraFile> ReadOwn(const YamlValue& node) {
   return out;
 }
 
-// cam0, cam1, ... of a Kalibr camchain.
-std::vector<const YamlValue*> KalibrCameras(const YamlValue& root) {
-  std::vector<const YamlValue*> out;
-  for (const auto& [key, value] : root.members) {
-    const bool is_camera = key.size() > 3 && key.compare(0, 3, "cam") == 0 &&
-                           key.find_first_not_of("0123456789", 3) == std::string::npos;
-    if (is_camera) out.push_back(&value);
+// mrcal's models carry what they were made from, as bytes b'...' in which any sign may stand.
+void DropBytes(std::string* text) {
+  if (text->find("'lensmodel'") == std::string::npos) return;
+  for (size_t begin = 0; (begin = text->find("b'", begin)) != std::string::npos; ++begin) {
+    const size_t end = text->find('\'', begin + 2);
+    if (end == std::string::npos) return;
+    text->replace(begin, end + 1 - begin, "''");
   }
-  return out;
-}
-
-Result<CameraFile> ReadFromCamchain(const YamlValue& root,
-                                    const std::vector<const YamlValue*>& cameras,
-                                    const std::string& name) {
-  std::string known;
-  for (const YamlValue* camera : cameras) {
-    if (camera->key == name || (name.empty() && cameras.size() == 1)) {
-      return ReadKalibrCamera(*camera);
-    }
-    known += (known.empty() ? "" : ", ") + camera->key;
-  }
-  return Error{root.file + ": camera: expected one of " + known + ", got " +
-               (name.empty() ? "none" : name)};
 }
 
 // Read once: a pipe gives its bytes only once.
 Result<YamlValue> ReadTree(const std::string& path, const Limits& limits) {
   auto text = ReadWholeFile(path, limits.text_bytes, limits);
   if (!text) return text.error();
+  DropBytes(&*text);
   return LooksLikeXml(*text) ? ParseOpenCvXml(*text, path) : ParseYaml(std::move(*text), path);
 }
 
@@ -269,8 +160,7 @@ Result<YamlValue> ReadTree(const std::string& path, const Limits& limits) {
 Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name) {
   const Result<YamlValue> root = ReadTree(path, {});
   if (!root) return root.error();
-  const auto cameras = KalibrCameras(*root);
-  if (!cameras.empty()) return ReadFromCamchain(*root, cameras, name);
+  if (const auto of_several = ReadOneOfSeveral(*root, name)) return *of_several;
   if (!name.empty()) {
     return Error{path + ": camera: expected no name for a file with one camera, got " + name};
   }

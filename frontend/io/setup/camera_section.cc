@@ -2,22 +2,54 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
 
 #include "frontend/base/option_check.h"
+#include "frontend/types/lens/lens.h"
 
 namespace tagtwist::internal {
 namespace {
 
-const std::array<std::pair<const char*, NamedLens>, 7> kLenses = {{
-    {"radtan", {LensModel::kRadialTangential, true}},
-    {"radial-tangential", {LensModel::kRadialTangential, true}},
-    {"plumb_bob", {LensModel::kRadialTangential, true}},
-    {"rational_polynomial", {LensModel::kRadialTangential, true}},
+constexpr LensModel kRadTan = LensModel::kRadialTangential;
+const std::array<std::pair<const char*, NamedLens>, 14> kLenses = {{
+    {"radtan", {kRadTan, true}},
+    {"radial-tangential", {kRadTan, true}},
+    {"plumb_bob", {kRadTan, true}},
+    {"rational_polynomial", {kRadTan, true}},
     {"equidistant", {LensModel::kEquidistant, true}},
+    {"equi", {LensModel::kEquidistant, true}},
     {"fisheye", {LensModel::kEquidistant, true}},
-    {"none", {LensModel::kRadialTangential, false}},
+    {"ds", {LensModel::kDoubleSphere, true}},
+    {"double_sphere", {LensModel::kDoubleSphere, true}},
+    {"eucm", {LensModel::kExtendedUnified, true}},
+    {"omni", {LensModel::kOmni, true}},
+    {"mei", {LensModel::kOmni, true}},
+    {"fov", {LensModel::kFieldOfView, true}},
+    {"none", {kRadTan, false}},
 }};
+
+// How many coefficients a model may have, and how one says so.
+struct Sizes {
+  std::vector<size_t> allowed;
+  std::string text;
+};
+
+Sizes SizesOf(const NamedLens& lens, size_t given) {
+  if (!lens.has_coefficients) return {{0}, "no coefficients (the model is none)"};
+  if (lens.model == kRadTan) {
+    return {{4, 5, 8},
+            std::string("a list of 4, 5 or 8 numbers") +
+                (given > 8 ? " (calibrate without thin prism and tilt)" : "")};
+  }
+  std::string text;
+  const auto& coefficients = LensCoefficients(lens.model);
+  for (const LensCoefficient& coefficient : coefficients) {
+    text += (text.empty() ? "" : ", ") + std::string(coefficient.name);
+  }
+  const size_t most = coefficients.size();
+  return {{most}, "a list of " + std::to_string(most) + " numbers (" + text + ")"};
+}
 
 }  // namespace
 
@@ -33,36 +65,18 @@ Result<NamedLens> ReadLensName(const YamlValue& node) {
 
 Status SetLens(const YamlValue& node, const NamedLens& lens, std::vector<double> coefficients,
                Camera* camera) {
-  const bool equidistant = lens.model == LensModel::kEquidistant;
-  const size_t most = !lens.has_coefficients ? 0 : equidistant ? 4 : 8;
+  const bool polynomial = lens.model == kRadTan || lens.model == LensModel::kEquidistant;
+  const Sizes sizes = SizesOf(lens, coefficients.size());
+  const size_t most = sizes.allowed.back();
   while (coefficients.size() > most && coefficients.back() == 0) coefficients.pop_back();
-  if (coefficients.empty() && most > 0) coefficients.resize(4, 0.0);  // an empty list: none
+  if (coefficients.empty() && polynomial) coefficients.resize(sizes.allowed.front(), 0.0);
   const size_t size = coefficients.size();
-  const bool known_size = size == most || (most == 8 && (size == 4 || size == 5));
-  if (!known_size) {
-    const char* expected = most == 0     ? "no coefficients (the model is none)"
-                           : equidistant ? "a list of 4 numbers"
-                           : size > 8    ? "a list of 4, 5 or 8 numbers (calibrate without thin "
-                                           "prism and tilt)"
-                                         : "a list of 4, 5 or 8 numbers";
-    return node.Refuse(std::string(expected) + ", got " + std::to_string(size));
+  if (std::find(sizes.allowed.begin(), sizes.allowed.end(), size) == sizes.allowed.end()) {
+    return node.Refuse(sizes.text + ", got " + std::to_string(size));
   }
-  coefficients.resize(8, 0.0);
-  const std::vector<double>& k = coefficients;
   camera->lens = lens.model;
-  camera->k1 = k[0];
-  camera->k2 = k[1];
-  if (equidistant) {
-    camera->k3 = k[2];
-    camera->k4 = k[3];
-    return Ok();
-  }
-  camera->p1 = k[2];
-  camera->p2 = k[3];
-  camera->k3 = k[4];
-  camera->k4 = k[5];
-  camera->k5 = k[6];
-  camera->k6 = k[7];
+  const auto& members = LensCoefficients(lens.model);
+  for (size_t i = 0; i < size; ++i) camera->*members[i].value = coefficients[i];
   return Ok();
 }
 

@@ -8,15 +8,15 @@
 namespace tagtwist::internal {
 
 /// A lens model by the names that calibration files give it: radtan, plumb_bob and
-/// rational_polynomial; equidistant and fisheye; none. Any other is refused.
+/// rational_polynomial; equidistant and fisheye; ds, eucm, omni, fov; none. Any other is refused.
 struct NamedLens {
   LensModel model = LensModel::kRadialTangential;
   bool has_coefficients = true;
 };
 Result<NamedLens> ReadLensName(const YamlValue& node);
 
-/// Gives the camera a lens. radtan: 4, 5 or 8 coefficients in OpenCV's order; equidistant: 4; more
-/// of them must be zero. `node`: where they stand in the file.
+/// Gives the camera a lens. radtan: 4, 5 or 8 coefficients in OpenCV's order; the others as many as
+/// they have (LensCoefficients); more of them must be zero. `node`: where they stand in the file.
 Status SetLens(const YamlValue& node, const NamedLens& lens, std::vector<double> coefficients,
                Camera* camera);
 

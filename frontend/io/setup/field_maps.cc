@@ -1,10 +1,13 @@
 #include "frontend/io/setup/field_maps.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "frontend/io/tables/csv.h"
+#include "frontend/io/tables/text_grid.h"
 #include "frontend/types/tag_family.h"
 
 namespace tagtwist::internal {
@@ -23,6 +26,12 @@ Eigen::Vector3d ReadTranslation(const YamlValue* node, YamlSection* parent) {
 }
 
 // WPILib: x out of the tag's face, y to the right as printed, z up.
+Pose FromFace(const Eigen::Quaterniond& world_from_face, const Eigen::Vector3d& position) {
+  Eigen::Matrix3d face_from_tag;
+  face_from_tag << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  return MakePose(world_from_face * Eigen::Quaterniond(face_from_tag), position);
+}
+
 Status ReadWpilibTag(const YamlValue& node, double size_m, Tag* tag) {
   YamlSection section(node);
   tag->size_m = size_m;
@@ -49,10 +58,7 @@ Status ReadWpilibTag(const YamlValue& node, double size_m, Tag* tag) {
   for (YamlSection* each : {&section, &parts, &wxyz}) {
     if (Status status = each->FirstFault(); !status) return status;
   }
-  Eigen::Matrix3d face_from_tag;
-  face_from_tag << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  tag->world_from_tag =
-      MakePose(world_from_face.normalized() * Eigen::Quaterniond(face_from_tag), position);
+  tag->world_from_tag = FromFace(world_from_face.normalized(), position);
   return Ok();
 }
 
@@ -88,9 +94,8 @@ Status ReadFiducial(const YamlValue& node, std::string* family, Tag* tag) {
   const YamlValue* transform = section.Require(std::string("transform"));
   if (transform != nullptr) section.Keep(ReadNumbers(*transform, 16, &n));
   if (Status status = section.FirstFault(); !status) return status;
-  Eigen::Matrix3d world_from_face, face_from_tag;
+  Eigen::Matrix3d world_from_face;
   world_from_face << n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10];
-  face_from_tag << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   const double off =
       (world_from_face.transpose() * world_from_face - Eigen::Matrix3d::Identity()).norm();
   if (!(off < 1e-2) || !(world_from_face.determinant() > 0)) {
@@ -98,8 +103,7 @@ Status ReadFiducial(const YamlValue& node, std::string* family, Tag* tag) {
   }
   tag->size_m = 1e-3 * size_mm;
   tag->world_from_tag =
-      MakePose(Eigen::Quaterniond(Eigen::Matrix3d(world_from_face * face_from_tag)).normalized(),
-               {n[3], n[7], n[11]});
+      FromFace(Eigen::Quaterniond(world_from_face).normalized(), {n[3], n[7], n[11]});
   return Ok();
 }
 
@@ -111,21 +115,56 @@ std::string LimelightFamily(const std::string& name) {
   return "tag36h11";
 }
 
+Error NeedsSize(const std::string& path) {
+  return Error{path +
+               ": the size of the tags is not in such a file: expected --tag_size_m or tag_size_m"};
+}
+
 }  // namespace
 
 Result<TagMap> ReadWpilib(const YamlValue& root, std::optional<double> tag_size_m,
                           const std::string& family) {
-  if (!tag_size_m) {
-    return Error{root.file +
-                 ": the size of the tags is not in such a file: expected --tag_size_m "
-                 "or tag_size_m"};
-  }
+  if (!tag_size_m) return NeedsSize(root.file);
   YamlSection section(root);
   const YamlValue* list = section.Require(std::string("tags"));
   std::vector<Tag> tags;
   for (const YamlValue& item : list->items) {
     Tag tag;
     if (Status status = ReadWpilibTag(item, *tag_size_m, &tag); !status) return status.error();
+    tags.push_back(tag);
+  }
+  return TagMap(family.empty() ? "tag36h11" : family, std::move(tags));
+}
+
+bool IsFieldCsv(const std::string& text) {
+  return text.substr(0, 200).find("ID,X,Y,Z") < 4;  // behind a byte order mark, perhaps
+}
+
+Result<TagMap> ReadFieldCsv(std::string text, const std::string& path,
+                            std::optional<double> tag_size_m, const std::string& family) {
+  constexpr double kInchM = 0.0254, kDegree = M_PI / 180;
+  if (!tag_size_m) return NeedsSize(path);
+  auto decoded = DecodeText(std::move(text), path);
+  if (!decoded) return decoded.error();
+  const auto table = CsvTable::Parse(std::move(*decoded), path);
+  if (!table) return table.error();
+  if (table->columns().size() != 6) {
+    return Error{path + ":1: expected ID,X,Y,Z,Z-Rotation,Y-Rotation, got " +
+                 std::to_string(table->columns().size()) + " columns"};
+  }
+  std::vector<Tag> tags;
+  for (size_t row = 0; row < table->rows(); ++row) {
+    const auto id = table->Integer(row, 0);
+    if (!id) return id.error();
+    if (*id < 0 || *id > 100000) return table->ErrorAt(row, "ID: expected one of the family's");
+    const auto n = table->Numbers(row, {1, 2, 3, 4, 5});
+    if (!n) return n.error();
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd((*n)[3] * kDegree, Eigen::Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd((*n)[4] * kDegree, Eigen::Vector3d::UnitY()));
+    Tag tag;
+    tag.id = static_cast<int>(*id);
+    tag.size_m = *tag_size_m;
+    tag.world_from_tag = FromFace(turn, kInchM * Eigen::Vector3d((*n)[0], (*n)[1], (*n)[2]));
     tags.push_back(tag);
   }
   return TagMap(family.empty() ? "tag36h11" : family, std::move(tags));

@@ -13,6 +13,11 @@ namespace tagtwist::internal {
 /// up. It does not tell the tags' size.
 Result<TagMap> ReadWpilib(const YamlValue& root, std::optional<double> tag_size_m,
                           const std::string& family);
+/// WPILib's field as CSV (ID,X,Y,Z,Z-Rotation,Y-Rotation): inches and degrees; the last is the turn
+/// about the tag's own y axis after the one about z, under whichever name the seasons give it.
+bool IsFieldCsv(const std::string& text);
+Result<TagMap> ReadFieldCsv(std::string text, const std::string& path,
+                            std::optional<double> tag_size_m, const std::string& family);
 /// Limelight's field (`fiducials`): sizes in mm, tags turned as WPILib's.
 Result<TagMap> ReadLimelight(const YamlValue& fiducials, const std::string& family);
 /// The only bundle of apriltag_ros' tags.yaml (`tag_bundles`): tags as ours.

@@ -19,9 +19,13 @@ struct CameraFile {
   std::vector<std::string> notes;     // transforms and offsets that are not used: a line each
 };
 
-/// A camera as ORB-SLAM (Camera.fx or Camera1.fx and their like), VINS (projection_parameters) and
-/// PhotonVision (cameraIntrinsics, distCoeffs, resolution) write it; nullopt: the file is of none
-/// of them.
+/// A camera as ORB-SLAM (Camera.fx or Camera1.fx and their like), VINS (projection_parameters),
+/// PhotonVision (cameraIntrinsics, distCoeffs, resolution) and mrcal (lensmodel) write it; nullopt:
+/// the file is of none of them.
 std::optional<Result<CameraFile>> ReadOtherCamera(const YamlValue& root);
+
+/// Basalt's calibration: how many cameras it has (0: it is none), and the one of an index.
+size_t CountBasaltCameras(const YamlValue& root);
+Result<CameraFile> ReadBasaltCamera(const YamlValue& root, size_t index);
 
 }  // namespace tagtwist::internal

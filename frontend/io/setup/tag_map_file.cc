@@ -5,9 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "frontend/base/files/input_file.h"
+#include "frontend/base/limits.h"
 #include "frontend/io/setup/field_maps.h"
 #include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
+#include "frontend/io/setup/yaml_tree.h"
 #include "frontend/types/so3.h"
 #include "frontend/types/tag_family.h"
 #include "frontend/types/tag_overlap.h"
@@ -151,15 +154,23 @@ Result<TagMap> ReadAny(const YamlValue& root, const TagMapFile& file) {
   return ReadTagMap(root);
 }
 
+Result<TagMap> ReadUnchecked(const TagMapFile& file) {
+  auto text = ReadWholeFile(file.path, Limits().text_bytes, {});
+  if (!text) return text.error();
+  if (IsFieldCsv(*text)) {
+    return ReadFieldCsv(std::move(*text), file.path, file.tag_size_m, file.family);
+  }
+  const Result<YamlValue> root = ParseYaml(std::move(*text), file.path);
+  return root ? ReadAny(*root, file) : root.error();
+}
+
 }  // namespace
 
 Result<TagMap> ReadTagMapFile(const TagMapFile& file) {
   if (file.tag_size_m && !(*file.tag_size_m > 0)) {
     return Error{"tag_size_m: expected > 0, got " + std::to_string(*file.tag_size_m)};
   }
-  const Result<YamlValue> root = ReadYaml(file.path);
-  if (!root) return root.error();
-  Result<TagMap> map = ReadAny(*root, file);
+  Result<TagMap> map = ReadUnchecked(file);
   if (!map) return map;
   if (const auto problem = CheckTagMap(*map)) return Error{file.path + ": " + *problem};
   return map;

@@ -141,4 +141,24 @@ Status YamlSection::FirstFault() const {
   return Ok();
 }
 
+Status ReadMatrix(const YamlValue& node, std::vector<double>* numbers) {
+  if (node.kind == YamlValue::Kind::kMapping) {
+    YamlSection section(node);
+    const YamlValue* data = section.Require(std::string("data"));
+    if (data == nullptr) return section.FirstFault();
+    return ReadNumbers(*data, 0, numbers);
+  }
+  if (node.kind != YamlValue::Kind::kList || node.items.empty() ||
+      node.items[0].kind != YamlValue::Kind::kList) {
+    return ReadNumbers(node, 0, numbers);
+  }
+  numbers->clear();
+  for (const YamlValue& row : node.items) {
+    std::vector<double> of_row;
+    if (Status status = ReadNumbers(row, 0, &of_row); !status) return status;
+    numbers->insert(numbers->end(), of_row.begin(), of_row.end());
+  }
+  return Ok();
+}
+
 }  // namespace tagtwist::internal

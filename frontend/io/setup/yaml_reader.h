@@ -23,6 +23,8 @@ Status ReadValue(const YamlValue& node, bool* value);
 Status ReadValue(const YamlValue& node, std::string* value);
 /// A list of exactly `size` numbers, or of any number of them when size is 0.
 Status ReadNumbers(const YamlValue& node, size_t size, std::vector<double>* numbers);
+/// Numbers of a list, of a list of rows, or of a mapping {rows, cols, data}.
+Status ReadMatrix(const YamlValue& node, std::vector<double>* numbers);
 /// A whole number (32 or 64 bits, with sign or without).
 template <typename Integer>
 Status ReadInteger(const YamlValue& node, Integer* value);

@@ -14,6 +14,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "frontend/io/recordings/data_source.h"
+#include "tests/support/formats/ros2_flight.h"
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
 
@@ -123,6 +124,23 @@ class Bag : public testing::Test {
   std::vector<Frame> frames_;
   rosbag::Bag bag_;
 };
+
+TEST_F(Bag, TheSameMessagesOfRos2GiveTheSameBytes) {
+  WriteBag();
+  WriteText(folder_ / "x.mcap", Mcap("lz4", Ros2FlightOf(frames_, *original_)));
+  for (const std::string bag : {"x.bag", "x.mcap"}) {
+    const ProgramRun run = RunProgram(
+        folder_.path(), "tagtwist_estimate",
+        {"--dataset", bag, "--tracks=false", "--write_covariance", "--output", bag + ".out"});
+    ASSERT_EQ(run.status, 0) << run.err;
+  }
+  for (const char* file : {"states.csv", "covariance.csv", "optimised.tum", "closed_form.tum",
+                           "ground_truth.tum", "ground_truth_states.csv"}) {
+    const std::string of_ros1 = ReadText(folder_ / (std::string("x.bag.out/") + file));
+    EXPECT_GT(of_ros1.size(), 300u) << file;
+    EXPECT_EQ(of_ros1, ReadText(folder_ / (std::string("x.mcap.out/") + file))) << file;
+  }
+}
 
 TEST_F(Bag, HoldsWhatWasWritten) {
   for (const auto compression : {rosbag::compression::Uncompressed, rosbag::compression::LZ4}) {

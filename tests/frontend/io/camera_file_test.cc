@@ -117,11 +117,14 @@ TEST_P(BadCamera, IsRefusedWithItsPlace) {
 INSTANTIATE_TEST_SUITE_P(
     All, BadCamera,
     testing::Values(
-        BadText{"Omni", kKalibrCamchain, "camera_model: pinhole\n  distortion_coeffs: [-",
+        BadText{"OmniWithoutXi", kKalibrCamchain, "camera_model: pinhole\n  distortion_coeffs: [-",
                 "camera_model: omni\n  distortion_coeffs: [-",
-                "x:20: cam1.camera_model: expected pinhole, got omni"},
-        BadText{"Fov", kKalibrCamchain, "distortion_model: radtan", "distortion_model: fov",
-                "x:22: cam1.distortion_model: expected one of radtan, "},
+                "x:23: cam1.intrinsics: expected a list of 5 numbers, got a list of 4"},
+        BadText{"UnknownModel", kKalibrCamchain, "camera_model: pinhole\n  distortion_coeffs: [-",
+                "camera_model: scara\n  distortion_coeffs: [-",
+                "x:20: cam1.camera_model: expected one of pinhole, omni, ds, eucm, got scara"},
+        BadText{"FovOfFour", kKalibrCamchain, "distortion_model: radtan", "distortion_model: fov",
+                "x:21: cam1.distortion_coeffs: expected a list of 1 numbers (w), got 4"},
         BadText{"KalibrThreeCoefficients", kKalibrCamchain, ", 1.76187114e-05]", "]",
                 "x:21: cam1.distortion_coeffs: expected a list of 4, 5 or 8 numbers, got 3"},
         BadText{"KalibrIntrinsics", kKalibrCamchain, "[458.654, ", "[",

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "frontend/io/setup/tag_map_file.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_files.h"
@@ -73,6 +75,26 @@ TEST_F(FieldMaps, TagSlamsBodiesWithoutAPoseAndBoardsAreRefused) {
   const auto board = Read("bodies:\n - b: {is_static: true, board: {tag_start_id: 6}}\n");
   ASSERT_FALSE(board);
   EXPECT_THAT(board.error().message, HasSubstr("boards are not read"));
+}
+
+// The season's table: inches, and the last column a turn about the tag's own y axis.
+TEST_F(FieldMaps, WpilibsTableIsReadInInches) {
+  const std::string path = folder_.path() + "/field.csv";
+  WriteText(path, "ID,X,Y,Z,Z-Rotation,X-Rotation\n1,657.37,25.8,58.5,126,0\n4,100,50,10,0,30\n");
+  const auto map = ReadTagMapFile({path, 0.1651, ""});
+  ASSERT_TRUE(map) << map.error().message;
+  const Tag &first = map->tags()[0], &tilted = map->tags()[1];
+  EXPECT_NEAR(first.world_from_tag.translation().x(), 657.37 * 0.0254, 1e-12);
+  EXPECT_EQ(tilted.size_m, 0.1651);
+  const Eigen::Vector3d out = first.world_from_tag.rotation() * Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(std::atan2(out.y(), out.x()), 126 * M_PI / 180, 1e-12);
+  const Eigen::Vector3d down = tilted.world_from_tag.rotation() * Eigen::Vector3d::UnitZ();
+  EXPECT_TRUE(down.isApprox(Eigen::Vector3d(std::sqrt(0.75), 0, -0.5), 1e-12)) << down.transpose();
+  EXPECT_THAT(ReadTagMapFile({path, {}, ""}).error().message, HasSubstr("--tag_size_m"));
+  WriteText(path, "ID,X,Y,Z,Z-Rotation,X-Rotation\n1,657.37,25.8,58.5,126\n");
+  EXPECT_THAT(ReadTagMapFile({path, 0.1651, ""}).error().message, HasSubstr("field.csv:2"));
+  WriteText(path, "ID,X,Y,Z,Rotation\n1,2,3,4,5\n");
+  EXPECT_THAT(ReadTagMapFile({path, 0.1651, ""}).error().message, HasSubstr("5 columns"));
 }
 
 }  // namespace

@@ -138,5 +138,78 @@ TEST_F(Ros2Bags, AHostileMessageIsABadImage) {
   EXPECT_EQ((*frame)->image_problem, "cannot decode");
 }
 
+// Corners of both detectors' messages; apriltag's count pixels from their edges.
+TEST_F(Ros2Bags, DetectionsOfEitherDetectorAreTags) {
+  for (const bool isaac : {false, true}) {
+    std::vector<Message> messages;
+    for (int i = 0; i < 3; ++i) {
+      Ros2Writer out;
+      out.Header(10 + 0.1 * i) << uint32_t{2};
+      for (const int id : {4, 7}) {
+        out << std::string("tag36h11") << int32_t{id};
+        if (!isaac) out << int32_t{0} << 1.0F << 2.0F;
+        out.Zeros(isaac ? 3 : 2);
+        for (int corner = 0; corner < 4; ++corner) {
+          out << 100.5 + corner << 50.5 + i;
+          if (isaac) out << 0.0;
+        }
+        if (isaac) out.Header(10 + 0.1 * i).Zeros(7 + 36);
+        if (!isaac) out.Zeros(9);
+      }
+      messages.push_back({"/cam",
+                          isaac ? "isaac_ros_apriltag_interfaces/msg/AprilTagDetectionArray"
+                                : "apriltag_msgs/msg/AprilTagDetectionArray",
+                          std::llround(1e9 * (10 + 0.1 * i)), out.Data()});
+    }
+    Write("tags.mcap", Mcap("zstd", messages));
+    DataSourceOptions options;
+    options.use_detections = true;
+    auto source = OpenDataSource(folder_.path() + "/tags.mcap", options);
+    ASSERT_TRUE(source) << source.error().message;
+    for (int i = 0; i < 3; ++i) {
+      const auto frame = (*source)->Next();
+      ASSERT_TRUE(frame && *frame);
+      ASSERT_EQ((*frame)->detections.size(), 2u) << isaac;
+      EXPECT_EQ((*frame)->detections[1].id, 7);
+      const double edge_px = isaac ? 0 : 0.5;
+      EXPECT_EQ((*frame)->detections[1].corners[3],
+                Eigen::Vector2d(103.5 - edge_px, 50.5 + i - edge_px));
+    }
+  }
+}
+
+// Transforms are truth where one of their frames is asked for; else a note says how.
+TEST_F(Ros2Bags, TransformsOfAFrameAreTruth) {
+  std::vector<Message> messages;
+  for (int i = 0; i < 4; ++i) {
+    const double t_s = 10 + 0.1 * i;
+    messages.push_back({"/cam", "sensor_msgs/msg/Image", std::llround(1e9 * t_s),
+                        Ros2Image(t_s, static_cast<uint8_t>(i))});
+    Ros2Writer out;
+    out << uint32_t{2};
+    for (const std::string child : {"gripper", "base_link"}) {
+      out.Header(t_s) << child << (child == "base_link" ? 1.0 * i : -1.0) << 2.0 << 3.0 << 0.0
+                      << 0.0 << 0.0 << 1.0;
+    }
+    messages.push_back({"/body", "tf2_msgs/msg/TFMessage", std::llround(1e9 * t_s), out.Data()});
+  }
+  Write("tf.mcap", Mcap("lz4", messages));
+  auto untold = Open("tf.mcap");
+  ASSERT_TRUE(untold) << untold.error().message;
+  EXPECT_TRUE((*untold)->ground_truth().empty());
+  ASSERT_EQ((*untold)->notes().size(), 1u);
+  EXPECT_THAT((*untold)->notes()[0], HasSubstr("--truth_topic /body:CHILD"));
+  DataSourceOptions options;
+  options.truth_topic = "/body:base_link";
+  auto source = OpenDataSource(folder_.path() + "/tf.mcap", options);
+  ASSERT_TRUE(source) << source.error().message;
+  ASSERT_EQ((*source)->ground_truth().size(), 4u);
+  EXPECT_EQ((*source)->ground_truth()[3].world_from_body.translation(), Eigen::Vector3d(3, 2, 3));
+  options.truth_topic = "/body:base";
+  const auto wrong = OpenDataSource(folder_.path() + "/tf.mcap", options);
+  ASSERT_FALSE(wrong);
+  EXPECT_THAT(wrong.error().message, HasSubstr("expected one of base_link, gripper"));
+}
+
 }  // namespace
 }  // namespace tagtwist::internal::ros2_source_test

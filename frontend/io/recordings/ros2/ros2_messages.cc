@@ -13,6 +13,8 @@
 namespace tagtwist::internal {
 namespace {
 
+constexpr const char* kIsaacTags = "isaac_ros_apriltag_interfaces/msg/AprilTagDetectionArray";
+
 using eprosima::fastcdr::Cdr;
 using eprosima::fastcdr::FastBuffer;
 
@@ -124,6 +126,37 @@ Result<TruthSample> TakePose(Reader* reader, const std::string& type) {
   return out;
 }
 
+// apriltag's own corners: bottom left first, against the clock as printed, and pixel centres at
+// halves, which the ROS node passes on.
+TagDetection TakeApriltag(Reader* reader) {
+  TagDetection tag;
+  reader->TakeText();  // family
+  tag.id = reader->Take<int32_t>();
+  reader->Take<int32_t>();  // bits mended
+  reader->Take<float>();
+  reader->Take<float>();
+  reader->Skip(2);  // centre
+  for (Eigen::Vector2d& corner : tag.corners) {
+    const double u = reader->Take<double>(), v = reader->Take<double>();
+    corner = {u - 0.5, v - 0.5};
+  }
+  reader->Skip(9);  // homography
+  return tag;
+}
+
+// isaac_ros: points of three numbers, pixel centres at integers, and a pose. Whether the corners
+// begin where ours do is looked at like anyone's.
+TagDetection TakeIsaacTag(Reader* reader) {
+  TagDetection tag;
+  reader->TakeText();  // family
+  tag.id = reader->Take<int32_t>();
+  reader->Skip(3);  // centre
+  for (Eigen::Vector2d& corner : tag.corners) corner = reader->TakeVector().head<2>();
+  reader->TakeHeader();
+  reader->Skip(7 + 36);  // pose and covariance
+  return tag;
+}
+
 }  // namespace
 
 std::optional<int64_t> HeaderStamp(const tagtwist::internal::Cdr& data) {
@@ -141,8 +174,9 @@ bool IsRos2Pose(const std::string& type) {
          type == "geometry_msgs/msg/PoseWithCovarianceStamped" ||
          type == "geometry_msgs/msg/TransformStamped" || type == "nav_msgs/msg/Odometry";
 }
+bool IsRos2Transforms(const std::string& type) { return type == "tf2_msgs/msg/TFMessage"; }
 bool IsRos2Tags(const std::string& type) {
-  return type == "apriltag_msgs/msg/AprilTagDetectionArray";
+  return type == "apriltag_msgs/msg/AprilTagDetectionArray" || type == kIsaacTags;
 }
 
 Result<cv::Mat> ReadRos2Image(const std::string& type, const tagtwist::internal::Cdr& data) {
@@ -168,28 +202,32 @@ Result<TruthSample> ReadRos2Pose(const std::string& type, const tagtwist::intern
   return ReadMessage<TruthSample>(data, [&](Reader* reader) { return TakePose(reader, type); });
 }
 
-// apriltag's own corners: bottom left first, against the clock as printed, and pixel centres at
-// halves, which the ROS node passes on.
-Result<std::vector<TagDetection>> ReadRos2Tags(const tagtwist::internal::Cdr& data) {
+Result<std::vector<std::pair<std::string, TruthSample>>> ReadRos2Transforms(
+    const tagtwist::internal::Cdr& data) {
+  using Transforms = std::vector<std::pair<std::string, TruthSample>>;
+  return ReadMessage<Transforms>(data, [](Reader* reader) -> Result<Transforms> {
+    Transforms out;
+    const uint32_t count = reader->TakeLength();
+    for (uint32_t i = 0; i < count; ++i) {
+      const int64_t t_ns = reader->TakeHeader();
+      const std::string child = reader->TakeText();
+      const auto pose = PoseFromNumbers(reader->TakePose());
+      if (pose) out.emplace_back(child, TruthSample{t_ns, *pose, {}});
+    }
+    return out;
+  });
+}
+
+Result<std::vector<TagDetection>> ReadRos2Tags(const std::string& type,
+                                               const tagtwist::internal::Cdr& data) {
   using Tags = std::vector<TagDetection>;
-  return ReadMessage<Tags>(data, [](Reader* reader) -> Result<Tags> {
+  const bool isaac = type == kIsaacTags;
+  return ReadMessage<Tags>(data, [&](Reader* reader) -> Result<Tags> {
     reader->TakeHeader();
     Tags out;
     const uint32_t count = reader->TakeLength();
     for (uint32_t i = 0; i < count; ++i) {
-      TagDetection tag;
-      reader->TakeText();  // family
-      tag.id = reader->Take<int32_t>();
-      reader->Take<int32_t>();  // bits mended
-      reader->Take<float>();
-      reader->Take<float>();
-      reader->Skip(2);  // centre
-      for (Eigen::Vector2d& corner : tag.corners) {
-        const double u = reader->Take<double>(), v = reader->Take<double>();
-        corner = {u - 0.5, v - 0.5};
-      }
-      reader->Skip(9);  // homography
-      out.push_back(tag);
+      out.push_back(isaac ? TakeIsaacTag(reader) : TakeApriltag(reader));
     }
     return out;
   });

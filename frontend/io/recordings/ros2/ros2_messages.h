@@ -3,6 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "frontend/base/result.h"
@@ -22,7 +23,8 @@ bool IsRos2Image(const std::string& type);  // Image, CompressedImage
 bool IsRos2Imu(const std::string& type);
 /// PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry.
 bool IsRos2Pose(const std::string& type);
-/// apriltag_msgs' AprilTagDetectionArray.
+bool IsRos2Transforms(const std::string& type);  // TFMessage
+/// AprilTagDetectionArray of apriltag_msgs or isaac_ros_apriltag_interfaces.
 bool IsRos2Tags(const std::string& type);
 
 Result<cv::Mat> ReadRos2Image(const std::string& type, const Cdr& data);
@@ -30,7 +32,9 @@ Result<cv::Mat> ReadRos2Image(const std::string& type, const Cdr& data);
 Result<ImuSample> ReadRos2Imu(const Cdr& data);
 /// Likewise; a twist, which Odometry tells in the body, comes out as v_world and omega_body.
 Result<TruthSample> ReadRos2Pose(const std::string& type, const Cdr& data);
+/// Of a TFMessage each child's name with its pose in its parent. Those without a pose are left out.
+Result<std::vector<std::pair<std::string, TruthSample>>> ReadRos2Transforms(const Cdr& data);
 /// Corners p1..p4 (bottom left first), pixel centres at integers.
-Result<std::vector<TagDetection>> ReadRos2Tags(const Cdr& data);
+Result<std::vector<TagDetection>> ReadRos2Tags(const std::string& type, const Cdr& data);
 
 }  // namespace tagtwist::internal

@@ -2,12 +2,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include "frontend/io/recordings/bag_topics.h"
 #include "frontend/io/recordings/data_source_kinds.h"
 #include "frontend/io/recordings/ros2/ros2_bag.h"
 #include "frontend/io/recordings/ros2/ros2_messages.h"
+#include "frontend/io/recordings/ros2/ros2_topics.h"
 #include "frontend/io/tables/growing_stamps.h"
 
 namespace tagtwist::internal {
@@ -39,61 +41,6 @@ Result<Names> FilesOf(const std::string& path) {
   return out;
 }
 
-using Bags = std::vector<std::unique_ptr<Ros2Bag>>;
-using Fits = bool (*)(const std::string& type);
-
-// A message with its topic's type.
-struct Typed {
-  std::string type;
-  Ros2Message message;
-};
-
-// The messages of one topic over all files.
-class TopicReader {
- public:
-  TopicReader(const Bags& bags, std::string topic) : bags_(&bags), topic_(std::move(topic)) {}
-
-  Result<std::optional<Typed>> Next() {
-    for (; file_ < bags_->size(); ++file_, cursor_.reset()) {
-      const Ros2Bag& bag = *(*bags_)[file_];
-      if (!cursor_) {
-        std::vector<size_t> topics;
-        for (size_t i = 0; i < bag.topics().size(); ++i) {
-          if (bag.topics()[i].name == topic_) topics.push_back(i);
-        }
-        if (topics.empty()) continue;
-        auto cursor = bag.Read(topics);
-        if (!cursor) return cursor.error();
-        cursor_ = std::move(*cursor);
-      }
-      auto message = cursor_->Next();
-      if (!message) return message.error();
-      if (*message) {
-        return std::optional<Typed>({bag.topics()[(*message)->topic].type, std::move(**message)});
-      }
-    }
-    return std::optional<Typed>();
-  }
-
- private:
-  const Bags* bags_;
-  std::string topic_;
-  size_t file_ = 0;
-  std::unique_ptr<Ros2Cursor> cursor_;
-};
-
-Names TopicsThat(const Bags& bags, Fits fits) {
-  Names out;
-  for (const auto& bag : bags) {
-    for (const Ros2Topic& topic : bag->topics()) {
-      if (fits(topic.type)) out.push_back(topic.name);
-    }
-  }
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
-}
-
 // The headers' stamps, or, where none was ever set, the arrivals'.
 std::vector<int64_t> ChooseStamps(const std::vector<int64_t>& headers_ns,
                                   const std::vector<int64_t>& arrivals_ns) {
@@ -114,8 +61,8 @@ class Ros2Source : public DataSource {
       if (!bag) return bag.error();
       bags_.push_back(std::move(*bag));
     }
-    const Fits fits = options_.use_detections ? IsRos2Tags : IsRos2Image;
-    const Names topics = TopicsThat(bags_, fits);
+    const auto fits = options_.use_detections ? IsRos2Tags : IsRos2Image;
+    const Names topics = Ros2TopicsThat(bags_, fits);
     if (options_.use_detections && topics.empty()) {
       return Error{path_ + ": no topic of the bag has detections to use"};
     }
@@ -131,7 +78,7 @@ class Ros2Source : public DataSource {
 
   Result<std::optional<Frame>> Next() override {
     if (next_ == stamps_ns_.size()) return std::optional<Frame>();
-    std::optional<Typed> typed;
+    std::optional<Ros2Typed> typed;
     while (position_ <= kept_[next_]) {  // those between are passed over
       auto message = reader_->Next();
       if (!message) return message.error();
@@ -143,7 +90,7 @@ class Ros2Source : public DataSource {
     frame.t_ns = stamps_ns_[next_];
     frame.name = NameOf(kept_[next_++]);
     if (options_.use_detections) {
-      auto tags = ReadRos2Tags(typed->message.data);
+      auto tags = ReadRos2Tags(typed->type, typed->message.data);
       if (tags) frame.detections = std::move(*tags);
       return std::optional<Frame>(std::move(frame));
     }
@@ -173,7 +120,7 @@ class Ros2Source : public DataSource {
 
   // Messages that do not decode are passed over, and counted.
   Status ReadStamps() {
-    TopicReader reader(bags_, topic_);
+    Ros2TopicReader reader(bags_, topic_);
     std::vector<int64_t> headers_ns, arrivals_ns;
     std::vector<size_t> readable;
     size_t count = 0;
@@ -208,9 +155,9 @@ class Ros2Source : public DataSource {
 
   template <typename Sample>
   Status ReadSamples(const std::string& topic,
-                     const std::function<Result<Sample>(const Typed&)>& read,
+                     const std::function<Result<Sample>(const Ros2Typed&)>& read,
                      std::vector<Sample>* out) {
-    TopicReader reader(bags_, topic);
+    Ros2TopicReader reader(bags_, topic);
     std::vector<Sample> all;
     std::vector<int64_t> headers_ns, arrivals_ns;
     size_t bad = 0;
@@ -242,33 +189,70 @@ class Ros2Source : public DataSource {
   }
 
   Status ReadTruth() {
-    const auto chosen = ChooseTruthTopic(TopicsThat(bags_, IsRos2Pose), options_.truth_topic);
+    const Names trees = Ros2TopicsThat(bags_, IsRos2Transforms);
+    const size_t colon = options_.truth_topic.find(':');
+    if (colon != std::string::npos) return ReadTransforms(trees, colon);
+    const auto chosen = ChooseTruthTopic(Ros2TopicsThat(bags_, IsRos2Pose), options_.truth_topic);
     if (!chosen) return Error{path_ + ": " + chosen.error().message};
     if (!chosen->note.empty()) notes_.push_back(path_ + ": " + chosen->note);
+    if (chosen->name.empty() && chosen->note.empty() && !trees.empty()) {
+      notes_.push_back(path_ + ": no topic has poses; of the transforms on " + trees.front() +
+                       " --truth_topic " + trees.front() + ":CHILD takes those of a frame");
+    }
     if (chosen->name.empty()) return Ok();
     truth_topic_ = "topic " + chosen->name;
     return ReadSamples<TruthSample>(
         chosen->name,
-        [](const Typed& typed) { return ReadRos2Pose(typed.type, typed.message.data); }, &truth_);
+        [](const Ros2Typed& typed) { return ReadRos2Pose(typed.type, typed.message.data); },
+        &truth_);
+  }
+
+  // --truth_topic TOPIC:CHILD: the transforms of that frame, whatever its parent.
+  Status ReadTransforms(const Names& trees, size_t colon) {
+    const std::string topic = options_.truth_topic.substr(0, colon);
+    const std::string child = options_.truth_topic.substr(colon + 1);
+    if (std::find(trees.begin(), trees.end(), topic) == trees.end()) {
+      return Error{path_ + ": no transforms on the topic " + topic};
+    }
+    std::set<std::string> children;
+    for (Ros2TopicReader reader(bags_, topic);;) {
+      auto message = reader.Next();
+      if (!message) return message.error();
+      if (!*message) break;
+      const auto all = ReadRos2Transforms((*message)->message.data);
+      for (size_t i = 0; all && i < all->size(); ++i) {
+        const auto& [name, sample] = (*all)[i];
+        children.insert(name);
+        const bool grows = truth_.empty() || sample.t_ns > truth_.back().t_ns;
+        if (name == child && grows) truth_.push_back(sample);
+      }
+    }
+    truth_topic_ = "transforms of " + child + " on " + topic;
+    if (!truth_.empty()) return Ok();
+    std::string known;
+    for (const std::string& name : children) known += (known.empty() ? "" : ", ") + name;
+    return Error{path_ + ": no transform of " + child + " on " + topic + ": expected one of " +
+                 known};
   }
 
   Status ReadImu() {
-    const Names topics = TopicsThat(bags_, IsRos2Imu);
+    const Names topics = Ros2TopicsThat(bags_, IsRos2Imu);
     if (topics.size() != 1) return Ok();
     return ReadSamples<ImuSample>(
-        topics.front(), [](const Typed& typed) { return ReadRos2Imu(typed.message.data); }, &imu_);
+        topics.front(), [](const Ros2Typed& typed) { return ReadRos2Imu(typed.message.data); },
+        &imu_);
   }
 
   std::string path_;
   DataSourceOptions options_;
-  Bags bags_;
+  Ros2Bags bags_;
   std::string topic_, truth_topic_;
   std::vector<size_t> kept_;  // the frames' messages on the topic
   std::vector<int64_t> stamps_ns_;
   std::vector<TruthSample> truth_;
   std::vector<ImuSample> imu_;
   std::vector<std::string> notes_;
-  std::optional<TopicReader> reader_;
+  std::optional<Ros2TopicReader> reader_;
   size_t position_ = 0, next_ = 0;  // messages read, frames handed out
   ImageSizeGuard size_guard_;
 };
