@@ -7,6 +7,7 @@
 #include "frontend/base/named_enum.h"
 #include "frontend/base/number_text.h"
 #include "frontend/io/setup/tag_map_text.h"
+#include "frontend/types/lens/lens.h"
 #include "residuals/lens.h"
 
 namespace tagtwist::internal {
@@ -55,8 +56,7 @@ std::string CameraSectionText(const Config& config) {
     out += std::string("  ") + name + ": " + FormatNumber(value) + "\n";
   }
   if (camera.IsDistorted()) {
-    const bool equidistant = camera.lens == LensModel::kEquidistant;
-    out += std::string("  distortion_model: ") + (equidistant ? "equidistant" : "radtan") +
+    out += std::string("  distortion_model: ") + LensName(camera.lens) +
            "\n  distortion: " + FormatNumberList(DistortionCoefficients(camera)) + "\n";
   }
   if (mounted.line_time_s == 0) return out;

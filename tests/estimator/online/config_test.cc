@@ -8,6 +8,8 @@
 #include <iomanip>
 #include <sstream>
 
+#include "estimator/online/config_text.h"
+#include "frontend/types/lens/lens.h"
 #include "frontend/types/so3.h"
 #include "tests/support/test_files.h"
 
@@ -186,6 +188,28 @@ TEST(Config, DistortionIsReadInOpenCvsOrder) {
   ASSERT_TRUE(config) << config.error().message;
   ExpectCamera(config->set_up.rig.front().camera,
                {640, 480, 400, 401, 320, 240, 0.1, -0.2, 3e-3, 4e-4, 0});
+}
+
+// What is written of any lens is read back as it is.
+TEST(Config, EveryLensIsWrittenAsItIsRead) {
+  for (const LensModel model :
+       {LensModel::kRadialTangential, LensModel::kEquidistant, LensModel::kDoubleSphere,
+        LensModel::kExtendedUnified, LensModel::kOmni, LensModel::kFieldOfView}) {
+    Config config = DefaultConfig();
+    Camera& camera = config.set_up.rig.front().camera;
+    camera.lens = model;
+    double value = 0.1;
+    for (const LensCoefficient& coefficient : LensCoefficients(model)) {
+      camera.*coefficient.value = value += 0.01;
+    }
+    const Result<Config> read = Load(CameraSectionText(config));
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->set_up.rig.front().camera.lens, model);
+    for (const LensCoefficient& coefficient : LensCoefficients(model)) {
+      EXPECT_EQ(read->set_up.rig.front().camera.*coefficient.value, camera.*coefficient.value)
+          << LensName(model) << " " << coefficient.name;
+    }
+  }
 }
 
 TEST(Config, TagsInSpace) {
