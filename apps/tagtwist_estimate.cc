@@ -22,7 +22,6 @@
 #include "estimator/jobs/map_recording.h"
 #include "estimator/jobs/overlay/overlay_recording.h"
 #include "estimator/jobs/run.h"
-#include "estimator/live/live_feed.h"
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
@@ -108,8 +107,8 @@ void RememberInputs(const EstimateJob& job, const Config& config, const Inputs& 
 // What the run gives, with what its inputs and doubts say among its warnings. `lost`: why
 // a file that states go to lacks some.
 Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, const Inputs& taken,
-                                  RunOptions options, DataSource* source, const LiveFeed* feed,
-                                  ResultContext* context, std::string* lost) {
+                                  RunOptions options, DataSource* source, ResultContext* context,
+                                  std::string* lost) {
   TagSample sample;
   if (job.write_detections) context->detections_csv = DetectionsWithCovariancesHeader();
   options.on_measurements = [&](const FrameMeasurements& frame) {
@@ -118,7 +117,7 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
     context->detections_csv += FormatDetectionsWithCovariances(frame.t_ns, frame.tags);
   };
   const bool goes_out = !job.stream.empty() || job.publish.IsAsked();
-  auto run = goes_out ? RunAndPublish(job, source, config, options, feed, lost)
+  auto run = goes_out ? RunAndPublish(job, source, config, options, lost)
                       : RunEstimate(job.dataset, source, config, options);
   const Doubts doubts = DoubtsOf(job, config, sample, context->truth,
                                  run ? &run->estimate : nullptr, run ? "" : run.error().message);
@@ -128,8 +127,7 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
   std::vector<std::string> first = taken.warnings;  // what is wrong as a whole before its traces
   for (const Fault& fault : doubts) first.push_back(TextOf(fault));
   warnings.insert(warnings.begin(), first.begin(), first.end());
-  if (feed != nullptr) {
-    run->facts.live->frames_dropped = feed->dropped();
+  if (run->facts.live) {
     std::cerr << "tagtwist_estimate: " << LiveText(*run->facts.live, run->estimate.frames.size())
               << "\n";
   }
@@ -170,14 +168,13 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   const bool is_live = job.realtime || IsCamera(job.dataset);
   RunOptions options = job.run;
   if (const auto added = AddPieces(job, config, **source, &options); !added) return added;
-  LiveFeed* feed = nullptr;
-  if (is_live) feed = MakeLive(job, &*source, &options, end);
+  if (is_live) MakeLive(job, &*source, &options, end);
   if (const auto done = CalibrateIfAsked(job, configured_tracks, &config, &context); !done) {
     RememberInputs(job, config, *taken, &context.facts);
     return FailureOf(job, done.error(), *taken, {}, context.facts);
   }
   std::string lost;
-  auto run = EstimateWatched(job, config, *taken, options, source->get(), feed, &context, &lost);
+  auto run = EstimateWatched(job, config, *taken, options, source->get(), &context, &lost);
   if (!run) return run.error();
   const Estimate& estimate = run->estimate;
   if (job.calibrate && !(*source)->imu().empty()) {

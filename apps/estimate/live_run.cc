@@ -9,6 +9,7 @@
 #include "apps/estimate/sources.h"
 #include "apps/estimate/state_stream.h"
 #include "estimator/jobs/online_run.h"
+#include "estimator/live/live_feed.h"
 #include "estimator/publish/publisher.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
@@ -28,15 +29,14 @@ Result<std::unique_ptr<Publisher>> OpenPublisher(const EstimateJob& job, const C
   return publisher;
 }
 
-FramePtr FrameToPublish(const FrameEstimate& state, const OnlineFrame& frame,
-                        const LiveFeed* feed) {
+FramePtr FrameToPublish(const FrameEstimate& state, const OnlineFrame& frame) {
   PublishedFrame out;
   out.state = state;
   out.tags = frame.tags;
   out.used_tags = frame.used_tags;
   if (!frame.reprojection_px.empty()) out.reprojection_px = Quantile(frame.reprojection_px, 0.5);
   out.latency_ms = frame.age_ms;
-  if (feed != nullptr) out.frames_dropped = feed->dropped();
+  out.frames_dropped = frame.frames_dropped;
   out.image = frame.image;
   return std::make_shared<const PublishedFrame>(std::move(out));
 }
@@ -54,8 +54,8 @@ void TakeLosses(const std::string& problem, bool failed, std::string* lost,
 
 }  // namespace
 
-LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, RunOptions* options,
-                   CleanEnd* end) {
+void MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, RunOptions* options,
+              CleanEnd* end) {
   LiveFeed::Options feed_options;
   feed_options.paced = job.realtime;
   feed_options.stop = end->AskFirst();
@@ -64,7 +64,7 @@ LiveFeed* MakeLive(const EstimateJob& job, std::unique_ptr<DataSource>* source, 
   *source = std::move(made);
   options->threads = 1;  // frames that are measured ahead would be waited for
   options->age_ms = [feed](int64_t t_ns) { return feed->AgeMs(t_ns); };
-  return feed;
+  options->frames_dropped = [feed] { return feed->dropped(); };
 }
 
 std::string LiveText(const LiveRun& live, size_t n_frames) {
@@ -74,8 +74,7 @@ std::string LiveText(const LiveRun& live, size_t n_frames) {
 }
 
 Result<RunResult> RunAndPublish(const EstimateJob& job, DataSource* source, const Config& config,
-                                const RunOptions& options, const LiveFeed* feed,
-                                std::string* lost) {
+                                const RunOptions& options, std::string* lost) {
   std::unique_ptr<StateStream> stream;
   if (!job.stream.empty()) {
     auto opened = StateStream::Open(job.stream);
@@ -90,7 +89,7 @@ Result<RunResult> RunAndPublish(const EstimateJob& job, DataSource* source, cons
     const auto state = run->Next();
     if (!state) return state.error();
     if (*state == nullptr) break;
-    if (*publisher) (*publisher)->Publish(FrameToPublish(**state, run->frame(), feed));
+    if (*publisher) (*publisher)->Publish(FrameToPublish(**state, run->frame()));
     if (stream) stream->Write(**state);
   }
   auto out = run->Finish();

@@ -131,6 +131,8 @@ void OnlineRun::Impl::Keep(WindowOutput output) {
   if (options.age_ms) {
     frame.age_ms = options.age_ms(output.current.t_ns);
     out.facts.live->latency_ms.push_back(frame.age_ms);
+    if (options.frames_dropped) frame.frames_dropped = options.frames_dropped();
+    out.facts.live->frames_dropped = frame.frames_dropped;
   }
   frame.tags = estimator->measurements().tags;
   frame.used_tags = std::move(output.used_tags);

@@ -21,6 +21,7 @@ struct OnlineFrame {
   std::vector<int> used_tags;           // ids of those that the state was made with
   std::vector<double> reprojection_px;  // distances of their corners from where the state has them
   double age_ms = 0;                    // of the frame when its state was known, where it is live
+  size_t frames_dropped = 0;            // until then, where it is live
 };
 
 /// OnlineEstimator over a recording, state by state: ask for one after the other, then for the

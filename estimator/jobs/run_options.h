@@ -27,6 +27,8 @@ struct RunOptions {
   std::optional<double> deadline_ms;                          // of a frame, window mode
   /// Live: milliseconds since the moment of a stamp.
   std::function<double(int64_t t_ns)> age_ms;
+  /// Live: how many frames were dropped so far.
+  std::function<size_t()> frames_dropped;
   int threads = 1;       // >= 1; the result does not depend on it
   bool progress = true;  // a bar on standard error, where that is a terminal
 };

@@ -69,6 +69,20 @@ TEST_F(LiveProgram, CtrlCEndsItWithItsResultsWhole) {
   EXPECT_EQ(ReadText(folder_ / "rows.csv"), ReadText(folder_ / "out/states.csv"));
 }
 
+// The page's clients have a third of a second at the end: 60 more frames would come meanwhile.
+TEST_F(LiveProgram, WhatComesAfterTheEndIsNotCountedAsDropped) {
+  Simulate({"--images=false", "--duration", "20", "--imu_rate", "0", "--rate", "200"});
+  const ProgramRun run = RunProgram(
+      Folder(), "tagtwist_estimate",
+      Window("flight", {"--realtime", "--use_detections", "--page", "0", "--max_frames", "50"}));
+  ASSERT_EQ(run.status, 0) << run.err;
+  const std::string states = ReadText(folder_ / "out/states.csv");
+  const std::string last = states.substr(states.rfind('\n', states.size() - 2) + 1);
+  const double last_s = std::stod(last);
+  EXPECT_LE(Summary()["frames"].get<int>() + Summary()["live"]["frames_dropped"].get<int>(),
+            200 * last_s + 30);
+}
+
 // FFmpeg's way in, which needs no camera: a file comes as fast as it is read.
 TEST_F(LiveProgram, WhateverOpenCvOpensIsACamera) {
   Simulate({"--duration", "1", "--rate", "12"});
