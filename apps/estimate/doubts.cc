@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "estimator/calibration/set_up/set_up_fault.h"
 #include "estimator/evaluation/plausibility.h"
 #include "estimator/evaluation/truth_fault.h"
 #include "estimator/jobs/find_family.h"
 #include "estimator/online/recording_options.h"
+#include "frontend/types/tag_family.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -23,16 +26,29 @@ std::vector<TimedPose> PosesOf(const Estimate& estimate) {
   return out;
 }
 
-// Where few frames show tags of the map, the images are looked at again.
+// Families that may be meant: any where few frames show tags of the map; where some lack them,
+// those of the same codes in the other border, which now and then are read through it.
+std::vector<std::string> FamiliesInDoubt(const TagMap& map, const TagSample& sample) {
+  const size_t count = sample.count(), with_two = sample.with_two();
+  if (map.tags().size() == 1) return {};
+  if (count == 0 || 2 * with_two <= count) return TagFamilyNames();
+  if (20 * with_two > 19 * count) return {};
+  if (map.family() == "tag36h11") return {kKalibrFamily};
+  return map.family() == kKalibrFamily ? std::vector<std::string>{"tag36h11"}
+                                       : std::vector<std::string>();
+}
+
+// Where the images show few tags of the map they are looked at again.
 std::optional<Fault> OtherTags(const EstimateJob& job, const Config& config,
                                const TagSample& sample) {
-  const bool many = 2 * sample.with_two() > sample.count() && sample.count() > 0;
-  const bool one_is_enough = config.set_up.map.tags().size() == 1;
-  if (job.run.use_detections || IsCamera(job.dataset) || many || one_is_enough) return std::nullopt;
+  if (job.run.use_detections || IsCamera(job.dataset)) return std::nullopt;
+  const std::vector<std::string> families = FamiliesInDoubt(config.set_up.map, sample);
+  if (families.empty()) return std::nullopt;
   DataSourceOptions options;
   options.topic = job.topic;
   auto source = OpenDataSource(job.dataset, options);
-  return source ? FindOtherTags(source->get(), config.set_up.map) : std::nullopt;
+  if (!source) return std::nullopt;
+  return FindOtherTags(source->get(), config.set_up.map, families);
 }
 
 // An error that says what went wrong, not why.

@@ -4,11 +4,9 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "frontend/base/format_text.h"
 #include "frontend/tags/tag_detector.h"
-#include "frontend/types/tag_family.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -52,7 +50,8 @@ std::string IdsText(const std::set<int>& ids) {
 
 }  // namespace
 
-std::optional<Fault> FindOtherTags(DataSource* source, const TagMap& map) {
+std::optional<Fault> FindOtherTags(DataSource* source, const TagMap& map,
+                                   const std::vector<std::string>& families) {
   const std::vector<cv::Mat> images = SomeImages(source);
   if (images.empty()) return std::nullopt;
   const Seen own = Look(images, map.family());
@@ -64,7 +63,7 @@ std::optional<Fault> FindOtherTags(DataSource* source, const TagMap& map) {
   }
   Seen best;
   std::string best_name;
-  for (const std::string& family : TagFamilyNames()) {
+  for (const std::string& family : families) {
     if (family == map.family()) continue;
     Seen seen = Look(images, family);
     if (seen.tags <= best.tags) continue;

@@ -122,8 +122,9 @@ std::vector<SetUpChange> StartsOf(const FreeChanges& free) {
     if (free[0]) start.log_focal = std::log(factor);
     if (free[1]) start.log_resolution = std::log(factor);
     if (free[6]) start.log_size = 0.5 * std::log(factor);
+    if (free[4]) start.radial.x() = 0.36 * std::log(factor);  // k1 from -0.25 to 0.25
     if (free[8]) start.log_stretch.setConstant(std::log(factor));
-    if (free[0] || free[1] || free[6] || free[8]) out.push_back(start);
+    if (free[0] || free[1] || free[4] || free[6] || free[8]) out.push_back(start);
   }
   return out;
 }
