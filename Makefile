@@ -24,6 +24,7 @@ demo: build
 test: setup
 	@scripts/setup test
 	@scripts/setup rosbag
+	@scripts/setup lint
 	@$(CONFIGURE) --preset release
 	@cmake --build --preset release --parallel $(JOBS)
 	@ctest --preset release --parallel $(JOBS)

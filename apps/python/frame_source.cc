@@ -70,18 +70,18 @@ Result<std::optional<Frame>> PythonSource::Next() {
 }
 
 const std::vector<int64_t>& PythonSource::stamps_ns() const {
-  static const std::vector<int64_t> kNone;
-  return recording_ ? recording_->stamps_ns() : kNone;
+  static const std::vector<int64_t> none;
+  return recording_ ? recording_->stamps_ns() : none;
 }
 
 const std::vector<TruthSample>& PythonSource::ground_truth() const {
-  static const std::vector<TruthSample> kNone;
-  return recording_ ? recording_->ground_truth() : kNone;
+  static const std::vector<TruthSample> none;
+  return recording_ ? recording_->ground_truth() : none;
 }
 
 const std::vector<ImuSample>& PythonSource::imu() const {
-  static const std::vector<ImuSample> kNone;
-  return recording_ ? recording_->imu() : kNone;
+  static const std::vector<ImuSample> none;
+  return recording_ ? recording_->imu() : none;
 }
 
 }  // namespace tagtwist::internal::python

@@ -12,7 +12,7 @@
 #include <cstring>
 
 extern "C" {
-void* __libc_malloc(size_t size);
+void* __libc_malloc(size_t size);  // NOLINT(readability-identifier-naming): the C library's
 }
 
 namespace {

@@ -88,7 +88,7 @@ TEST_F(RealDataFrames, FloorMatTellsWhereItsGyroSits) {
   const auto summary = Estimate("out", {"--dataset", kRealData + "/umd-floor-mat", "--config",
                                         kSource + "/tests/configs/umd_floor_mat.yaml",
                                         "--use_detections", "--notracks", "--calibrate"});
-  const auto gyro = summary["gyro"];
+  const auto& gyro = summary["gyro"];
   const auto q = gyro["cam_from_imu_xyzw"].get<std::vector<double>>();
   const Eigen::Quaterniond found(q[3], q[0], q[1], q[2]);
   const Eigen::Quaterniond given(0.496944160668265, -0.5126603701935, 0.488237012471085,

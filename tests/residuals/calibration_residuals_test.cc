@@ -77,9 +77,10 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
     Eigen::MatrixXd analytic(8, 27);
     analytic << linear.by_cam, linear.by_tag, linear.by_log_scale, linear.by_lens,
         kLineTimeS * linear.by_line_time;
-    for (const auto& [first, n] :
+    for (const auto& columns :
          {std::pair(0, 6), std::pair(6, 6), std::pair(12, 1), std::pair(13, 1), std::pair(14, 2),
           std::pair(16, 2), std::pair(18, 8), std::pair(26, 1)}) {
+      const int first = columns.first, n = columns.second;
       ExpectDerivative(analytic.middleCols(first, n), [&](const Eigen::VectorXd& step) {
         Eigen::VectorXd d = Eigen::VectorXd::Zero(27);
         d.segment(first, n) = step;

@@ -96,7 +96,7 @@ std::optional<Fault> ShutterWords(const SetUpFit& fit, const Camera& camera, dou
 }  // namespace
 
 const std::vector<SetUpHypothesis>& SetUpHypotheses() {
-  static const std::vector<SetUpHypothesis> kAll = {
+  static const std::vector<SetUpHypothesis> all = {
       {{true, false, false, false, false, false, false, false}, FocalWords},
       {{false, true, false, false, false, false, false, false}, ResolutionWords},
       {{false, false, true, true, false, false, false, false}, CentreWords},
@@ -104,7 +104,7 @@ const std::vector<SetUpHypothesis>& SetUpHypotheses() {
       {{false, false, false, false, false, false, true, false}, SizeWords},
       {{false, false, false, false, false, false, false, true}, ShutterWords},
       {{false, false, false, false, false, false, false, false, true, true}, GapWords}};
-  return kAll;
+  return all;
 }
 
 }  // namespace tagtwist::internal

@@ -16,8 +16,8 @@ const char* const kPrefix = "camera:";
 
 class CameraSource : public DataSource {
  public:
-  CameraSource(std::string name, cv::VideoCapture capture, std::function<int64_t()> now_ns)
-      : name_(std::move(name)), capture_(std::move(capture)), now_ns_(std::move(now_ns)) {}
+  CameraSource(std::string name, const cv::VideoCapture& capture, std::function<int64_t()> now_ns)
+      : name_(std::move(name)), capture_(capture), now_ns_(std::move(now_ns)) {}
 
   Result<std::optional<Frame>> Next() override {
     if (!Grab(&capture_)) return std::optional<Frame>();

@@ -24,13 +24,13 @@ bool IsBagFile(const std::string& path) {
 }  // namespace
 
 const std::vector<TruthSample>& DataSource::ground_truth() const {
-  static const std::vector<TruthSample> kNone;
-  return kNone;
+  static const std::vector<TruthSample> none;
+  return none;
 }
 
 const std::vector<ImuSample>& DataSource::imu() const {
-  static const std::vector<ImuSample> kNone;
-  return kNone;
+  static const std::vector<ImuSample> none;
+  return none;
 }
 
 Status DataSource::Skip(size_t frames) {
@@ -43,8 +43,8 @@ Status DataSource::Skip(size_t frames) {
 }
 
 const std::vector<std::string>& DataSource::notes() const {
-  static const std::vector<std::string> kNone;
-  return kNone;
+  static const std::vector<std::string> none;
+  return none;
 }
 
 Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,

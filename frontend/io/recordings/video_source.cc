@@ -28,10 +28,10 @@ Error NoVideo(const std::string& path) {
 
 class VideoSource : public DataSource {
  public:
-  VideoSource(std::string path, cv::VideoCapture capture, RepairedStamps stamps,
+  VideoSource(std::string path, const cv::VideoCapture& capture, RepairedStamps stamps,
               std::vector<std::string> notes)
       : path_(std::move(path)),
-        capture_(std::move(capture)),
+        capture_(capture),
         stamps_(std::move(stamps)),
         notes_(std::move(notes)) {}
 

@@ -11,7 +11,7 @@
 namespace tagtwist::internal::evaluation_test {
 namespace {
 
-TruthSample Sample(int64_t t_ns, double x, double yaw, std::optional<Twist> twist = {}) {
+TruthSample Sample(int64_t t_ns, double x, double yaw, const std::optional<Twist>& twist = {}) {
   return {t_ns, MakePose(ExpSo3({0, 0, yaw}), {x, 0, 0}), twist};
 }
 

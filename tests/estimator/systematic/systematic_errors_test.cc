@@ -186,7 +186,7 @@ double PoseNees(const Estimate& estimate, const std::vector<BodyState>& truth) {
   return sum / static_cast<double>(truth.size());
 }
 
-TEST(SystematicErrors, AreNotFoundWhereThereAreNone) {
+TEST(SystematicErrors, SlowAreNotFoundWhereThereAreNone) {
   for (const char* name : {"figure8", "agile", "hover", "circle"}) {
     const Estimate estimate = Solve(Draw(name, {}, 1));
     EXPECT_EQ(estimate.systematic.position_m, 0) << name;

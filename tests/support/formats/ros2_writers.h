@@ -23,8 +23,8 @@ struct Message {
 };
 
 inline const std::vector<std::string>& Topics() {
-  static const std::vector<std::string> kTopics = {"/cam", "/body", "/imu"};
-  return kTopics;
+  static const std::vector<std::string> topics = {"/cam", "/body", "/imu"};
+  return topics;
 }
 inline size_t IndexOf(const std::string& topic) {
   size_t i = 0;

@@ -51,7 +51,7 @@ class File {
 
 class McapCursor : public Ros2Cursor {
  public:
-  McapCursor(std::string path, std::vector<MessagePlace> places)
+  McapCursor(const std::string& path, std::vector<MessagePlace> places)
       : path_(path), file_(path), places_(std::move(places)) {}
 
   Result<std::optional<Ros2Message>> Next() override {
