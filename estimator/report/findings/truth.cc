@@ -168,6 +168,26 @@ void AddOutliers(const Errors& errors, std::vector<Finding>* out) {
                   "Look there at the errors, the tags in use and the truth."});
 }
 
+// However short truth is: where nothing else is told, and most frames that have it lie far beyond
+// what their covariances may be off by.
+void AddFarOff(const Errors& errors, std::vector<Finding>* out) {
+  constexpr size_t kLeastFrames = 5;
+  constexpr double kSigmas = 50;
+  std::vector<double> off_m, sigmas;
+  for (const FrameError& f : errors.frames) {
+    off_m.push_back(f.error.segment<3>(3).norm());
+    sigmas.push_back(std::sqrt(f.position_nees));
+  }
+  if (!out->empty() || off_m.size() < kLeastFrames) return;
+  std::sort(sigmas.begin(), sigmas.end());
+  if (!(sigmas[sigmas.size() / 4] > kSigmas)) return;
+  std::sort(off_m.begin(), off_m.end());
+  out->push_back({Format("Truth lies %.1f mm off in the median of the %zu frames that have it, "
+                         "%.0f times the position's standard deviation.",
+                         1e3 * off_m[off_m.size() / 2], off_m.size(), sigmas[sigmas.size() / 2]),
+                  "It is too short to tell why: look at its clock, its world and its body."});
+}
+
 }  // namespace
 
 std::vector<Finding> TruthFindings(const Estimate& estimate,
@@ -186,6 +206,7 @@ std::vector<Finding> TruthFindings(const Estimate& estimate,
   AddClock(errors, &out);
   AddCovariance(errors, &out);
   AddOutliers(errors, &out);
+  AddFarOff(errors, &out);
   return out;
 }
 

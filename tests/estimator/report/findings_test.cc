@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "estimator/batch/batch.h"
 #include "estimator/report/findings/verdict.h"
 #include "tests/support/flights/calibration_flight.h"
@@ -205,6 +207,20 @@ TEST(Findings, NamesAConstantOffset) {
   }
   EXPECT_THAT(run.Text(),
               testing::ContainsRegex("Position is off by a constant \\((9.[89]|10.[01])"));
+}
+
+// Half a second of truth is enough to see that it is of another world.
+TEST(Findings, NamesShortTruthThatLiesFarOff) {
+  Case run = RunAsConfigured();
+  auto& truth = run.flight.ground_truth;
+  const int64_t end_ns = run.flight.measurements.front().t_ns + 600'000'000;
+  truth.erase(std::remove_if(truth.begin(), truth.end(),
+                             [&](const TruthSample& sample) { return sample.t_ns > end_ns; }),
+              truth.end());
+  EXPECT_THAT(run.Text(), testing::Not(HasSubstr("Truth lies")));
+  for (TruthSample& sample : truth) sample.world_from_body.params(5) += 0.5;
+  EXPECT_THAT(run.Text(), testing::ContainsRegex("Truth lies (49|50).* mm off in the median"))
+      << truth.size();
 }
 
 TEST(Findings, NamesAnOutlyingStretch) {
