@@ -178,7 +178,7 @@ struct BasaltModel {
   std::vector<std::string> coefficients;
 };
 const std::vector<BasaltModel>& BasaltModels() {
-  static const std::vector<BasaltModel> kAll = {
+  static const std::vector<BasaltModel> all = {
       {"pinhole", LensModel::kRadialTangential, {}},
       {"pinhole-radtan8",
        LensModel::kRadialTangential,
@@ -188,7 +188,7 @@ const std::vector<BasaltModel>& BasaltModels() {
       {"eucm", LensModel::kExtendedUnified, {"alpha", "beta"}},
       {"ucm", LensModel::kExtendedUnified, {"alpha"}},
       {"fov", LensModel::kFieldOfView, {"w"}}};
-  return kAll;
+  return all;
 }
 
 const YamlValue* BasaltPart(const YamlValue& root, const char* name) {

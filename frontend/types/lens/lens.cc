@@ -16,7 +16,7 @@ struct Lens {
 
 const Lens& LensOf(LensModel model) {
   using C = Camera;
-  static const std::array<Lens, 6> kLenses = {{
+  static const std::array<Lens, 6> lenses = {{
       {"radtan",
        {{"k1", &C::k1},
         {"k2", &C::k2},
@@ -32,7 +32,7 @@ const Lens& LensOf(LensModel model) {
       {"omni", {{"xi", &C::xi}, {"k1", &C::k1}, {"k2", &C::k2}, {"p1", &C::p1}, {"p2", &C::p2}}},
       {"fov", {{"w", &C::w}}},
   }};
-  return kLenses[static_cast<size_t>(model)];
+  return lenses[static_cast<size_t>(model)];
 }
 
 LensFunctions FunctionsOf(LensModel model) {
