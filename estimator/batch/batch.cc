@@ -7,7 +7,6 @@
 
 #include "estimator/batch/batch_states.h"
 #include "estimator/batch/model_choice.h"
-#include "estimator/batch/steady_clock.h"
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
@@ -20,12 +19,13 @@
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/prior_power.h"
 #include "estimator/solve/smoother.h"
+#include "estimator/start/doubled_tags.h"
 #include "estimator/start/recording_start.h"
 #include "estimator/start/set_up_check.h"
+#include "estimator/start/steady_clock.h"
 #include "estimator/start/tag_gate.h"
 #include "estimator/start/tags_at_stamp.h"
 #include "estimator/systematic/systematic_errors.h"
-#include "frontend/base/format_text.h"
 
 namespace tagtwist {
 
@@ -71,21 +71,6 @@ std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
   return out;
 }
 
-// Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations
-// matter less and are left out.
-StateCovariance OfClock(const BodyState& state, double sigma_s) {
-  StateVector by_time = StateVector::Zero();
-  by_time.head<6>() << state.twist.omega_body, state.twist.v_world;
-  return sigma_s * sigma_s * by_time * by_time.transpose();
-}
-
-std::string ClockText(const SteadyClock& clock) {
-  return Format(
-      "the camera's clock is steady at %.3f ms, the stamps scatter by %.2f ms RMS around it: "
-      "frames are taken at its ticks",
-      1e3 * clock.period_s, 1e3 * clock.rms_s);
-}
-
 }  // namespace
 
 class BatchEstimator::Impl {
@@ -103,6 +88,7 @@ class BatchEstimator::Impl {
   // Frames, without their tracks.
   using Measurements = std::vector<FrameMeasurements>;
 
+  Result<Estimate> SolveRolling(const Measurements& measurements) const;
   Result<Estimate> SolveFor(const Measurements& measurements) const;
 
   // Solves and learns, again and again without the tags that the solution contradicts. Leaves in
@@ -125,6 +111,7 @@ class BatchEstimator::Impl {
   SetUpCheck set_up_check_;
   Status set_up_is_right_ = Ok();  // as far as the frames say
   TagGate gate_;
+  DoubledTags doubled_;
   Measurements measurements_;                            // without the tags that
   std::map<size_t, std::vector<TagDetection>> refused_;  // the gate refused, by frame
   std::vector<int> n_tracks_;
@@ -134,6 +121,7 @@ void BatchEstimator::Impl::Add(FrameMeasurements measurement) {
   segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
   n_tracks_.push_back(static_cast<int>(measurement.tracks.size()));
   measurement.tracks = {};
+  doubled_.Add(measurement);
   if (set_up_is_right_) set_up_is_right_ = set_up_check_.Add(measurement.tags);
   auto refused = gate_.TakeRefused(&measurement.tags);
   if (!refused.empty()) refused_.emplace(measurements_.size(), std::move(refused));
@@ -173,16 +161,11 @@ void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
     const int k = state_of_frame[i];
     GraphFrame& frame = solved[i];
     StateAndCovariance at{frame.state, StateCovariance::Zero()};
-    if (k >= 0) at.covariance = covariances[static_cast<size_t>(k)];
-    if (k < 0 || clock) {
-      // A row says where the body was at its stamp.
-      const StateCovariance calibration =
-          k < 0 ? StateCovariance(StateCovariance::Zero())
-                : StateCovariance(
-                      at.covariance -
-                      out->trajectory.covariances[static_cast<size_t>(k)].topLeftCorner<12, 12>());
-      at = *out->trajectory.At(measurements[i].t_ns);
-      at.covariance += calibration;
+    // A row says where the body was when its frame was taken; the stamp is the frame's name.
+    if (k >= 0) {
+      at.covariance = covariances[static_cast<size_t>(k)];
+    } else {
+      at = *out->trajectory.At(frame.t_ns);
       if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);
     }
     const auto bound =
@@ -253,25 +236,40 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   }
   const TagAudit audit = Audit(measurements, *starts, state_of_frame, &out);
   FillFrames(measurements, std::move(*starts), state_of_frame, covariances, clock, &out);
-  out.warnings = audit.Warnings();
+  out.warnings = doubled_.Warnings();
+  for (std::string& warning : audit.Warnings()) out.warnings.push_back(std::move(warning));
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);
-  if (clock) out.warnings.push_back(ClockText(*clock));
+  if (clock) out.warnings.push_back(TextOf(*clock));
   return out;
 }
 
 Result<Estimate> BatchEstimator::Impl::Solve() const {
   if (!set_up_is_right_) return set_up_is_right_.error();
   if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
-  auto out = SolveFor(measurements_);
-  if (!out || setup_.line_time_s == 0) return out;
-  Measurements of_stamps = measurements_;
-  for (size_t i = 0; i < of_stamps.size(); ++i) {
-    std::vector<TagDetection>& tags = of_stamps[i].tags;
-    tags = TagsAsOfStamp(setup_, out->frames[i].state, std::move(tags));
+  if (!doubled_.any()) return SolveRolling(measurements_);
+  Measurements single = measurements_;
+  for (FrameMeasurements& frame : single) doubled_.TakeOut(&frame.tags);
+  return SolveRolling(single);
+}
+
+// Under a rolling shutter again, with the corners as of the stamps.
+Result<Estimate> BatchEstimator::Impl::SolveRolling(const Measurements& measurements) const {
+  auto out = SolveFor(measurements);
+  // First by poses that are those of the mean row, then by those of the stamps.
+  for (const bool of_stamp : {false, true}) {
+    if (!out || setup_.line_time_s == 0) return out;
+    Measurements of_stamps = measurements;
+    for (FrameMeasurements& frame : of_stamps) {
+      const int64_t delay_ns = of_stamp ? 0 : MeanDelayNs(setup_, frame.tags);
+      const auto motion = MotionOfRows(setup_, frame.t_ns - delay_ns,
+                                       [&](int64_t t_ns) { return out->trajectory.At(t_ns); });
+      if (motion) frame.tags = TagsAsOfStamp(setup_, *motion, std::move(frame.tags));
+    }
+    out = Estimate();  // its memory is for the next
+    out = SolveFor(of_stamps);
   }
-  out = Estimate();  // its memory is for the next
-  return SolveFor(of_stamps);
+  return out;
 }
 
 BatchEstimator::BatchEstimator(const SetUp& set_up, const EstimatorOptions& options,

@@ -8,6 +8,7 @@
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/smoother.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -103,6 +104,19 @@ ClockAccounts CompareClocks(const EstimatorSetup& setup, const std::vector<Graph
   return out;
 }
 
+// Whether a quarter of the frames came in less than an eighth of the usual interval after the one
+// before, which no camera does: then the stamps are a host's, of when it took frames in pairs.
+bool AreOfArrival(const std::vector<int64_t>& stamps_ns) {
+  std::vector<double> intervals_s;
+  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+    intervals_s.push_back(ToSeconds(stamps_ns[i] - stamps_ns[i - 1]));
+  }
+  const double usual_s = Quantile(intervals_s, 0.75);
+  const auto soon = std::count_if(intervals_s.begin(), intervals_s.end(),
+                                  [&](double interval_s) { return interval_s < usual_s / 8; });
+  return 4 * static_cast<size_t>(soon) >= intervals_s.size();
+}
+
 }  // namespace
 
 std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
@@ -112,6 +126,7 @@ std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
   for (const GraphFrame& frame : frames) stamps.push_back(frame.t_ns);
   auto clock = FitSteadyClock(stamps);
   if (!clock || setup.options.clock == ClockChoice::kSteady) return clock;
+  if (AreOfArrival(stamps)) return clock;
   // Jitter this small moves nothing by as much as the corners' noise does.
   constexpr double kLeastJitterS = 2e-4;
   if (clock->rms_s < kLeastJitterS) return std::nullopt;
@@ -127,9 +142,7 @@ std::optional<SteadyClock> ChooseClock(const EstimatorSetup& setup,
     accounts = of_first(kWhole.size(), kWhole.learn);
   }
   *noise = accounts.stamped.noise;
-  if (!accounts.stamped.likelihood || !IsLikelier(accounts.steady, accounts.stamped, kClearly)) {
-    return std::nullopt;
-  }
+  if (!IsLikelier(accounts.steady, accounts.stamped, kClearly)) return std::nullopt;
   *noise = accounts.steady.noise;
   return clock;
 }

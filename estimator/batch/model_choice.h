@@ -3,10 +3,10 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/batch/steady_clock.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/noise_learning.h"
+#include "estimator/start/steady_clock.h"
 
 namespace tagtwist::internal {
 

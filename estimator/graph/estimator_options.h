@@ -20,7 +20,7 @@ struct EnumNames<MotionPriorChoice> {
 };
 
 /// When the frames were taken: at their stamps, or at the ticks of a steady clock fitted to them.
-/// kAuto: in batch the steady clock where the images say so clearly, in the window the stamps.
+/// kAuto: the steady clock where the images say so clearly.
 enum class ClockChoice { kAuto, kStamps, kSteady };
 template <>
 struct EnumNames<ClockChoice> {

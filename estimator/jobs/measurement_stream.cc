@@ -65,7 +65,8 @@ SearchedFrame MeasurementStream::Detect(Frame frame, const TagDetector& detector
   out.tags = use_detections ? FilterTags(frame.detections, config.set_up.map,
                                          config.set_up.rig.front().camera, options.border_px)
                             : FindTags(frame.image, detector, shared.refiner, config.set_up.map,
-                                       config.set_up.rig.front().camera, options);
+                                       config.set_up.rig.front().camera, options, &out.doubled_ids);
+  if (use_detections) out.doubled_ids = DoubledIds(frame.detections, config.set_up.map);
   out.frame = std::move(frame);
   out.detect_ms = watch.ElapsedMs();
   return out;
@@ -117,8 +118,9 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
     (stage == FrameStage::kTrack ? out.track_ms : out.seed_ms) = watch.ElapsedMs();
     watch = Stopwatch();
   };
-  out.measurements = MeasureFrame({frame.t_ns, std::move(detected.tags), false, frame.image},
-                                  options, &front_end_);
+  out.measurements = MeasureFrame(
+      {frame.t_ns, std::move(detected.tags), false, frame.image, std::move(detected.doubled_ids)},
+      options, &front_end_);
   return std::optional<MeasuredFrame>(std::move(out));
 }
 

@@ -31,6 +31,7 @@ struct SearchedFrame {
   Frame frame;
   std::vector<TagDetection> tags;
   double detect_ms = 0;
+  std::vector<int> doubled_ids = {};
 };
 
 /// The times of that frame's stages, and so far of the frame.

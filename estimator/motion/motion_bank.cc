@@ -18,31 +18,94 @@ void Normalise(std::vector<double>* weights) {
   for (double& w : *weights) w /= sum;
 }
 
-// F P F' + Q, F and Q those of an axis, for all three alike.
-MotionBank::Covariance Predicted(const MotionBank::Covariance& p, const Eigen::Matrix3d& f,
-                                 const Eigen::Matrix3d& q) {
-  MotionBank::Covariance half, out;
-  for (int i = 0; i < 3; ++i) {
-    auto rows = half.middleRows<3>(3 * i);
-    rows = f(i, 0) * p.middleRows<3>(0);
-    for (int j = 1; j < 3; ++j) rows += f(i, j) * p.middleRows<3>(3 * j);
-  }
-  for (int i = 0; i < 3; ++i) {
-    auto columns = out.middleCols<3>(3 * i);
-    columns = f(i, 0) * half.middleCols<3>(0);
-    for (int j = 1; j < 3; ++j) columns += f(i, j) * half.middleCols<3>(3 * j);
-    for (int j = 0; j < 3; ++j) out.block<3, 3>(3 * j, 3 * i).diagonal().array() += q(j, i);
-  }
-  return out;
+// Blocks of a covariance: those of the upper triangle, in this order.
+enum Block { kXx, kXv, kXa, kVv, kVa, kAa };
+constexpr Block kBlocks[3][3] = {{kXx, kXv, kXa}, {kXv, kVv, kVa}, {kXa, kVa, kAa}};
+
+using Blocks = MotionBank::Filter;
+
+Eigen::Map<Eigen::Vector3d> Mean(Blocks* filter, int i) {
+  return Eigen::Map<Eigen::Vector3d>(filter->data() + 3 * i);
 }
 
-MotionBank::State Predicted(const MotionBank::State& x, const Eigen::Matrix3d& f) {
-  MotionBank::State out;
+Eigen::Map<const Eigen::Vector3d> Mean(const Blocks& filter, int i) {
+  return Eigen::Map<const Eigen::Vector3d>(filter.data() + 3 * i);
+}
+
+Eigen::Map<Eigen::Matrix3d> Part(Blocks* filter, Block block) {
+  return Eigen::Map<Eigen::Matrix3d>(filter->data() + 9 + 9 * block);
+}
+
+Eigen::Map<const Eigen::Matrix3d> Part(const Blocks& filter, Block block) {
+  return Eigen::Map<const Eigen::Matrix3d>(filter.data() + 9 + 9 * block);
+}
+
+// The mean from another origin.
+void Move(const MotionBank::State& by, Blocks* filter) { filter->head<9>() += by; }
+
+// Adds the products of the means, times `sign`: from covariance to second moment, and back.
+void AddSquareOfMean(double sign, Blocks* filter) {
   for (int i = 0; i < 3; ++i) {
-    out.segment<3>(3 * i) =
-        f(i, 0) * x.segment<3>(0) + f(i, 1) * x.segment<3>(3) + f(i, 2) * x.segment<3>(6);
+    const Eigen::Vector3d scaled = sign * Mean(*filter, i);
+    for (int j = i; j < 3; ++j) {
+      Part(filter, kBlocks[i][j]).noalias() += scaled.lazyProduct(Mean(*filter, j).transpose());
+    }
   }
-  return out;
+}
+
+// F x and F P F', F that of an axis, upper triangular, for all three alike.
+void Propagate(const Eigen::Matrix3d& f, Blocks* filter) {
+  const auto twice = [](const Eigen::Matrix3d& m) -> Eigen::Matrix3d { return m + m.transpose(); };
+  const double a = f(0, 1), b = f(0, 2), c = f(1, 2);
+  const Eigen::Vector3d d = f.diagonal();
+  Mean(filter, 0) = d(0) * Mean(*filter, 0) + a * Mean(*filter, 1) + b * Mean(*filter, 2);
+  Mean(filter, 1) = d(1) * Mean(*filter, 1) + c * Mean(*filter, 2);
+  Mean(filter, 2) *= d(2);
+  const Eigen::Matrix3d xv = Part(*filter, kXv), xa = Part(*filter, kXa), vv = Part(*filter, kVv),
+                        va = Part(*filter, kVa), aa = Part(*filter, kAa);
+  const Eigen::Matrix3d two_va = twice(va);
+  Part(filter, kXx) = d(0) * d(0) * Part(*filter, kXx) + d(0) * a * twice(xv) +
+                      d(0) * b * twice(xa) + a * a * vv + a * b * two_va + b * b * aa;
+  Part(filter, kXv) = d(0) * d(1) * xv + d(0) * c * xa + a * d(1) * vv + a * c * va +
+                      b * d(1) * va.transpose() + b * c * aa;
+  Part(filter, kXa) = d(2) * (d(0) * xa + a * va + b * aa);
+  Part(filter, kVv) = d(1) * d(1) * vv + c * d(1) * two_va + c * c * aa;
+  Part(filter, kVa) = d(2) * (d(1) * va + c * aa);
+  Part(filter, kAa) *= d(2) * d(2);
+}
+
+void AddNoise(const Eigen::Matrix3d& q, Blocks* filter) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) Part(filter, kBlocks[i][j]).diagonal().array() += q(i, j);
+  }
+}
+
+// Logarithm of the likelihood. The blocks of x are products, not differences: after a long gap the
+// prediction is no help, and differences would be of equals.
+double Update(const Eigen::Vector3d& x, const Eigen::Matrix3d& covariance, Blocks* filter) {
+  const Eigen::Matrix3d s = Part(*filter, kXx) + covariance;
+  const Eigen::LLT<Eigen::Matrix3d> llt(s);
+  const Eigen::Matrix3d root = llt.matrixL();
+  const Eigen::Vector3d error = x - Mean(*filter, 0), whitened = llt.matrixL().solve(error);
+  const Eigen::Matrix3d inverse = llt.solve(Eigen::Matrix3d::Identity());
+  Eigen::Matrix3d gain[3];
+  for (int i = 0; i < 3; ++i) {
+    gain[i].noalias() = Part(*filter, kBlocks[0][i]).transpose().lazyProduct(inverse);
+    Mean(filter, i).noalias() += gain[i].lazyProduct(error);
+  }
+  for (int i = 1; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      Part(filter, kBlocks[i][j]).noalias() -= gain[i].lazyProduct(Part(*filter, kBlocks[0][j]));
+    }
+  }
+  for (int i = 0; i < 3; ++i) {
+    Part(filter, kBlocks[0][i]).noalias() = covariance.lazyProduct(gain[i].transpose());
+  }
+  for (const Block block : {kXx, kVv, kAa}) {
+    auto square = Part(filter, block);
+    square = (0.5 * (square + square.transpose())).eval();
+  }
+  return -0.5 * whitened.squaredNorm() - root.diagonal().array().log().sum();
 }
 
 }  // namespace
@@ -65,17 +128,22 @@ MotionBankOptions AngularBankOptions(WhiteNoiseOn on) {
 MotionBank::MotionBank(const MotionBankOptions& options) : options_(options) {
   const auto n = static_cast<size_t>(options.classes);
   weights_.assign(n, 1.0 / options.classes);
-  filters_.resize(n);
-  const bool has_acceleration = options.on == WhiteNoiseOn::kJerk;
+  filters_.assign(n, Fresh());
   for (int i = 0; i < options.classes; ++i) {
     densities_.push_back(options.least_density * std::pow(options.ratio, i));
-    Covariance& p = filters_[static_cast<size_t>(i)].covariance;
-    constexpr double kAnywhere = 1e3;  // m, or rad: nothing is known of x
-    p.diagonal().segment<3>(0).setConstant(kAnywhere * kAnywhere);
-    p.diagonal().segment<3>(3).setConstant(std::pow(options.first_rate_sigma, 2));
-    const double a = has_acceleration ? options.first_acceleration_sigma : 0;
-    p.diagonal().segment<3>(6).setConstant(a * a);
   }
+}
+
+// Nothing is known of x.
+MotionBank::Filter MotionBank::Fresh() const {
+  constexpr double kAnywhere = 1e3;  // m, or rad
+  const bool has_acceleration = options_.on == WhiteNoiseOn::kJerk;
+  const double a = has_acceleration ? options_.first_acceleration_sigma : 0;
+  Filter out = Filter::Zero();
+  Part(&out, kXx).diagonal().setConstant(kAnywhere * kAnywhere);
+  Part(&out, kVv).diagonal().setConstant(std::pow(options_.first_rate_sigma, 2));
+  Part(&out, kAa).diagonal().setConstant(a * a);
+  return out;
 }
 
 // Each class takes over from those that may switch to it. Sums over all lower classes grow from one
@@ -85,33 +153,26 @@ void MotionBank::Mix(double dt_s) {
   if (n < 2) return;
   const double stay = std::exp(-dt_s / options_.switch_s);
   const State centre = Mean();
-  std::vector<Filter> moments(n);  // first and second moment about the centre
-  std::vector<double> leaves(n);   // weight that goes to each class that may follow
+  std::vector<double> leaves(n);  // weight that goes to each class that may follow
   for (size_t i = 0; i < n; ++i) {
-    moments[i].mean = filters_[i].mean - centre;
-    moments[i].covariance = filters_[i].covariance;
-    moments[i].covariance.noalias() += moments[i].mean.lazyProduct(moments[i].mean.transpose());
+    Move(-centre, &filters_[i]);
+    AddSquareOfMean(1, &filters_[i]);
     const double others = static_cast<double>(n - 1 - i) + (i > 0 ? 1 : 0);
     leaves[i] = (1 - stay) * weights_[i] / others;
   }
   double lower = 0;
-  Filter of_lower;
+  Filter of_lower = Filter::Zero();
   for (size_t j = 0; j < n; ++j) {
     const double stays = stay * weights_[j], above = j + 1 < n ? leaves[j + 1] : 0;
     const double weight = stays + lower + above + kLeastWeight;
-    State mean = stays * moments[j].mean + of_lower.mean;
-    Covariance second = stays * moments[j].covariance + of_lower.covariance;
-    if (above > 0) {
-      mean += above * moments[j + 1].mean;
-      second += above * moments[j + 1].covariance;
-    }
+    Filter mixed = stays * filters_[j] + of_lower;
+    if (above > 0) mixed += above * filters_[j + 1];
     lower += leaves[j];
-    of_lower.mean += leaves[j] * moments[j].mean;
-    of_lower.covariance += leaves[j] * moments[j].covariance;
-    mean /= weight;
-    filters_[j].mean = centre + mean;
-    filters_[j].covariance = second / weight;
-    filters_[j].covariance.noalias() -= mean.lazyProduct(mean.transpose());
+    of_lower += leaves[j] * filters_[j];
+    mixed /= weight;
+    AddSquareOfMean(-1, &mixed);
+    Move(centre, &mixed);
+    filters_[j] = mixed;
     weights_[j] = weight;
   }
   Normalise(&weights_);
@@ -123,31 +184,20 @@ void MotionBank::Predict(double dt_s) {
   Eigen::Matrix3d q = ProcessCovariance({options_.on, 1.0}, dt_s);
   if (options_.on == WhiteNoiseOn::kAcceleration) q(2, 2) = 0;  // the idle acceleration
   for (size_t i = 0; i < filters_.size(); ++i) {
-    filters_[i].mean = Predicted(filters_[i].mean, f);
-    filters_[i].covariance = Predicted(filters_[i].covariance, f, densities_[i] * q);
+    Propagate(f, &filters_[i]);
+    AddNoise(densities_[i] * q, &filters_[i]);
   }
 }
 
 void MotionBank::Measure(const Eigen::Vector3d& x, const Eigen::Matrix3d& covariance) {
   std::vector<double> logs(filters_.size());
   for (size_t i = 0; i < filters_.size(); ++i) {
-    State& m = filters_[i].mean;
-    Covariance& p = filters_[i].covariance;
-    const Eigen::Vector3d error = x - m.head<3>();
-    const Eigen::Matrix3d s = p.topLeftCorner<3, 3>() + covariance;
-    const Eigen::LLT<Eigen::Matrix3d> llt(s);
-    const Eigen::Vector3d whitened = llt.matrixL().solve(error);
-    logs[i] = std::log(weights_[i]) - 0.5 * whitened.squaredNorm() -
-              Eigen::Matrix3d(llt.matrixL()).diagonal().array().log().sum();
-    const Eigen::Matrix<double, 9, 3> gain = llt.solve(p.topRows<3>()).transpose();
-    m.noalias() += gain.lazyProduct(error);
-    // Joseph's form: after a long gap the prediction is no help, and a difference of equals.
-    Covariance kept = p;
-    kept.noalias() -= gain.lazyProduct(p.topRows<3>());
-    p = kept;
-    p.noalias() -= kept.leftCols<3>().lazyProduct(gain.transpose());
-    p.noalias() += gain.lazyProduct(covariance).lazyProduct(gain.transpose());
-    p = (0.5 * (p + p.transpose())).eval();
+    double log = Update(x, covariance, &filters_[i]);
+    if (!std::isfinite(log)) {  // what no number holds any more
+      filters_[i] = Fresh();
+      log = Update(x, covariance, &filters_[i]);
+    }
+    logs[i] = std::log(weights_[i]) + log;
   }
   const double most = *std::max_element(logs.begin(), logs.end());
   double sum = 0;
@@ -173,16 +223,25 @@ double MotionBank::DensityOf(const std::vector<double>& weights) const {
 
 MotionBank::State MotionBank::Mean() const {
   State out = State::Zero();
-  for (size_t i = 0; i < filters_.size(); ++i) out += weights_[i] * filters_[i].mean;
+  for (size_t i = 0; i < filters_.size(); ++i) out += weights_[i] * filters_[i].head<9>();
   return out;
 }
 
 MotionBank::Covariance MotionBank::MixtureCovariance() const {
   const State mean = Mean();
-  Covariance out = Covariance::Zero();
+  Filter sum = Filter::Zero();
   for (size_t i = 0; i < filters_.size(); ++i) {
-    const State d = filters_[i].mean - mean;
-    out += weights_[i] * (filters_[i].covariance + d * d.transpose());
+    Filter filter = filters_[i];
+    Move(-mean, &filter);
+    AddSquareOfMean(1, &filter);
+    sum += weights_[i] * filter;
+  }
+  Covariance out;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      out.block<3, 3>(3 * i, 3 * j) = Part(sum, kBlocks[i][j]);
+      out.block<3, 3>(3 * j, 3 * i) = Part(sum, kBlocks[i][j]).transpose();
+    }
   }
   return out;
 }
@@ -192,8 +251,8 @@ Eigen::Vector2d MotionBank::ExcessVariance() const {
   Eigen::Vector2d mixture = Eigen::Vector2d::Zero(), log_of_mean = Eigen::Vector2d::Zero();
   for (size_t i = 0; i < filters_.size(); ++i) {
     for (int part = 0; part < 2; ++part) {
-      const double own = filters_[i].covariance.diagonal().segment<3>(3 * part).sum();
-      const double apart = (filters_[i].mean - mean).segment<3>(3 * part).squaredNorm();
+      const double own = Part(filters_[i], kBlocks[part][part]).trace();
+      const double apart = (filters_[i].head<9>() - mean).segment<3>(3 * part).squaredNorm();
       mixture(part) += weights_[i] * (own + apart);
       log_of_mean(part) += weights_[i] * std::log(own);  // a variance goes with a density's power
     }
@@ -202,12 +261,17 @@ Eigen::Vector2d MotionBank::ExcessVariance() const {
   return (mixture.array() - log_of_mean.array().exp()).max(0.0) / kAxes;
 }
 
-void MotionBank::MoveOrigin(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin) {
+void MotionBank::MoveOrigin(const Eigen::Vector3d& origin) {
+  for (Filter& filter : filters_) filter.head<3>() -= origin;
+}
+
+void MotionBank::TurnOrigin(const Eigen::Matrix3d& rotation) {
   for (Filter& filter : filters_) {
-    filter.mean.head<3>() = rotation * filter.mean.head<3>() - origin;
-    filter.covariance.topRows<3>() = (rotation * filter.covariance.topRows<3>()).eval();
-    filter.covariance.leftCols<3>() =
-        (filter.covariance.leftCols<3>() * rotation.transpose()).eval();
+    filter.head<3>() = (rotation * filter.head<3>()).eval();
+    Part(&filter, kXx) = (rotation * Part(filter, kXx) * rotation.transpose()).eval();
+    for (const Block block : {kXv, kXa}) {
+      Part(&filter, block) = (rotation * Part(filter, block)).eval();
+    }
   }
 }
 

@@ -30,6 +30,8 @@ class MotionBank {
  public:
   using State = Eigen::Matrix<double, 9, 1>;
   using Covariance = Eigen::Matrix<double, 9, 9>;
+  /// A class's mean, then its covariance: the six blocks of the upper triangle, by columns.
+  using Filter = Eigen::Matrix<double, 64, 1>;
 
   explicit MotionBank(const MotionBankOptions& options = {});
 
@@ -59,14 +61,13 @@ class MotionBank {
   /// filter with the mean density: >= 0, large while it is open which class holds.
   Eigen::Vector2d ExcessVariance() const;
 
-  /// x is from now on measured from another origin: x becomes rotation * x - origin.
-  void MoveOrigin(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin);
+  /// x is from now on measured from another origin: x becomes x - origin.
+  void MoveOrigin(const Eigen::Vector3d& origin);
+  /// The same along other axes: x becomes rotation * x.
+  void TurnOrigin(const Eigen::Matrix3d& rotation);
 
  private:
-  struct Filter {
-    State mean = State::Zero();
-    Covariance covariance = Covariance::Zero();
-  };
+  Filter Fresh() const;
   void Mix(double dt_s);
 
   MotionBankOptions options_;

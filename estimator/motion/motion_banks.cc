@@ -22,10 +22,10 @@ void MotionBanks::PredictBy(double dt_s) {
   linear_.Predict(dt_s);
   const MotionBank::State mean = angular_.Mean();
   const Eigen::Vector3d turn = mean.segment<3>(3) * dt_s + 0.5 * dt_s * dt_s * mean.segment<3>(6);
-  angular_.MoveOrigin(ExpSo3(-turn).toRotationMatrix(), Eigen::Vector3d::Zero());
+  angular_.TurnOrigin(ExpSo3(-turn).toRotationMatrix());
   angular_.Predict(dt_s);
   const Eigen::Vector3d moved = angular_.Mean().head<3>();
-  angular_.MoveOrigin(Eigen::Matrix3d::Identity(), moved);
+  angular_.MoveOrigin(moved);
   reference_ = MakePose(reference_.rotation() * ExpSo3(moved), reference_.translation());
 }
 
@@ -42,7 +42,7 @@ void MotionBanks::Measure(const PoseMeasurement& pose) {
   angular_.Measure(LogSo3(reference_.rotation().conjugate() * measured.rotation()),
                    pose.attitude_covariance);
   const Eigen::Vector3d off = angular_.Mean().head<3>();
-  angular_.MoveOrigin(Eigen::Matrix3d::Identity(), off);
+  angular_.MoveOrigin(off);
   reference_ = MakePose(reference_.rotation() * ExpSo3(off), measured.translation());
   ++n_measured_;
 }

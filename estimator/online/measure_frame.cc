@@ -9,6 +9,7 @@ FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options
   FrameMeasurements out;
   out.t_ns = frame.t_ns;
   out.tags = std::move(frame.tags);
+  out.doubled_ids = std::move(frame.doubled_ids);
   const bool hurry = IsUp(options.detection_time_up);
   out.tracks = front_end->Track(out.tags, hurry ? cv::Mat() : frame.image);
   out.cut_short = frame.cut_short || (hurry && !frame.image.empty());

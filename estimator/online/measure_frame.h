@@ -15,6 +15,7 @@ struct DetectedFrame {
   std::vector<TagDetection> tags;
   bool cut_short = false;  // the time was up before all were looked for
   cv::Mat image;           // empty: none, or a bad one
+  std::vector<int> doubled_ids = {};
 };
 
 /// Tracks and closed form of the next frame. Where detection's time is up no more is tracked:

@@ -88,8 +88,9 @@ DetectedFrame OnlineEstimator::Impl::Detect(int64_t t_ns, const cv::Mat& gray) {
   if (follower) {
     out.tags = follower->Find(gray, PredictPose(window, t_ns), options.detection_time_up);
     out.cut_short = follower->was_cut_short();
+    out.doubled_ids = follower->doubled_ids();
   } else {
-    out.tags = finder->Find(gray);
+    out.tags = finder->Find(gray, &out.doubled_ids);
   }
   Tell(FrameStage::kDetect);
   return out;
@@ -122,6 +123,7 @@ Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<Ta
   detected.image = gray;
   detected.tags = FilterTags(tags, config.set_up.map, config.set_up.rig.front().camera,
                              config.front_end.detector.border_px);
+  detected.doubled_ids = DoubledIds(tags, config.set_up.map);
   impl_->Tell(FrameStage::kDetect);
   return impl_->Solve(MeasureFrame(std::move(detected), impl_->options, &impl_->front_end));
 }

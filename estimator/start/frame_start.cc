@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <utility>
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
@@ -41,6 +42,12 @@ std::vector<TagDetection> TagsAtTheirPlace(const EstimatorSetup& setup, GraphFra
     if (all && *std::max_element(errors.begin(), errors.end()) < near_px) out.push_back(tag);
   }
   return out;
+}
+
+// Of as many tags here and there those that lie where they were expected are right: the others may
+// have a twin.
+bool IsAsGood(const std::vector<TagDetection>& expected, const std::vector<TagDetection>& found) {
+  return !expected.empty() && expected.size() >= found.size();
 }
 
 // Other poses that the corners leave open, as frames.
@@ -93,6 +100,14 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
   }
   frame.tags = AgreeingTags(measurement.tags, found);
   const bool near = last != nullptr && MedianError(setup, frame) < kFarPx;
+  if (!near && predicted && measurement.tags.size() > 1) {
+    auto expected = TagsAtTheirPlace(setup, frame, measurement.tags, kFarPx);
+    if (IsAsGood(expected, frame.tags)) {
+      frame.tags = std::move(expected);
+      out.starts = {frame};
+      return out;
+    }
+  }
   if (!near && predicted &&
       SquaredDistance(setup, noise, frame.tags, *pose, *predicted, 6) > kExcluded) {
     frame.tags = TagsAtTheirPlace(setup, frame, measurement.tags, kFarPx);

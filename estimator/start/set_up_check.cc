@@ -34,6 +34,15 @@ SetUpCheck::SetUpCheck(TagMap map, Camera camera)
     : map_(std::move(map)), camera_(std::move(camera)) {}
 
 Status SetUpCheck::Add(const std::vector<TagDetection>& tags) {
+  if (frames_are_judged_ && std::all_of(tags.begin(), tags.end(), [](const TagDetection& tag) {
+        return TurnOf(tag.corners) != QuadTurn::kClockwise;
+      })) {
+    anticlockwise_ +=
+        static_cast<int>(std::count_if(tags.begin(), tags.end(), [](const TagDetection& tag) {
+          return TurnOf(tag.corners) == QuadTurn::kAnticlockwise;
+        }));
+    return Ok();
+  }
   const auto clockwise = OfTurn(tags, QuadTurn::kClockwise);
   const auto anticlockwise = OfTurn(tags, QuadTurn::kAnticlockwise);
   clockwise_ += static_cast<int>(clockwise.size());

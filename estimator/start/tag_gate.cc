@@ -33,6 +33,7 @@ double MeanSidePx(const TagDetection& tag) {
 TagGate::TagGate(TagMap map, Camera camera) : map_(std::move(map)), camera_(std::move(camera)) {}
 
 void TagGate::Learn(double misfit_px) {
+  ++learned_;
   if (misfits_px_.size() < kLatest) {
     misfits_px_.push_back(misfit_px);
   } else {
@@ -41,21 +42,25 @@ void TagGate::Learn(double misfit_px) {
   }
 }
 
-double TagGate::SigmaPx() const {
+// A median of so many changes little with a frame.
+double TagGate::SigmaPx() {
+  constexpr size_t kFew = kLatest / 10;
   if (misfits_px_.size() < kLeastToLearn) return kUsualSigmaPx;
-  return std::max(kLeastSigmaPx, Quantile(misfits_px_, 0.5) / kMedianOfRayleigh);
+  if (!sigma_px_ || learned_ >= kFew) {
+    sigma_px_ = std::max(kLeastSigmaPx, Quantile(misfits_px_, 0.5) / kMedianOfRayleigh);
+    learned_ = 0;
+  }
+  return *sigma_px_;
 }
 
-bool TagGate::Passes(const TagDetection& tag, double sigma_px) const {
-  const QuadTurn turn = TurnOf(tag.corners);
-  if (turn == QuadTurn::kClockwise || turn == QuadTurn::kNone) return false;
+bool TagGate::Passes(const TagDetection& tag, const std::optional<double>& about_px,
+                     double sigma_px) const {
   const Tag* in_map = map_.Find(tag.id);
   double variance = sigma_px * sigma_px;
   if (tag.covariance) variance += tag.covariance->diagonal().maxCoeff();
   double limit_px = std::max(kSigmas * std::sqrt(variance), kShapeOfSide * MeanSidePx(tag));
   if (in_map != nullptr) limit_px += std::abs(in_map->bend_m) / in_map->size_m * MeanSidePx(tag);
-  const auto about = ApproximateSquareMisfitPx(tag.corners, camera_);
-  if (about && *about < kSurelyNear * limit_px) return true;
+  if (about_px && *about_px < kSurelyNear * limit_px) return true;
   const auto misfit_px = SquareMisfitPx(tag.corners, camera_);
   return misfit_px && *misfit_px < limit_px;
 }
@@ -63,10 +68,14 @@ bool TagGate::Passes(const TagDetection& tag, double sigma_px) const {
 std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags) {
   const double sigma_px = SigmaPx();
   std::vector<TagDetection> kept, refused;
-  for (const TagDetection& tag : *tags) {
-    (Passes(tag, sigma_px) ? kept : refused).push_back(tag);
-    if (TurnOf(tag.corners) != QuadTurn::kAnticlockwise) continue;
-    if (const auto misfit_px = ApproximateSquareMisfitPx(tag.corners, camera_)) Learn(*misfit_px);
+  for (TagDetection& tag : *tags) {
+    const QuadTurn turn = TurnOf(tag.corners);
+    const bool may_be_one = turn != QuadTurn::kClockwise && turn != QuadTurn::kNone;
+    std::optional<double> about_px;
+    if (may_be_one) about_px = ApproximateSquareMisfitPx(tag.corners, camera_);
+    const bool passes = may_be_one && Passes(tag, about_px, sigma_px);
+    (passes ? kept : refused).push_back(std::move(tag));
+    if (turn == QuadTurn::kAnticlockwise && about_px) Learn(*about_px);
   }
   *tags = std::move(kept);
   return refused;

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "frontend/types/camera.h"
@@ -20,13 +21,16 @@ class TagGate {
 
  private:
   void Learn(double misfit_px);
-  double SigmaPx() const;
-  bool Passes(const TagDetection& tag, double sigma_px) const;
+  double SigmaPx();
+  bool Passes(const TagDetection& tag, const std::optional<double>& about_px,
+              double sigma_px) const;
 
   TagMap map_;
   Camera camera_;
   std::vector<double> misfits_px_;  // of the latest quads, a ring
   size_t next_ = 0;                 // place in it
+  std::optional<double> sigma_px_;  // that they told,
+  size_t learned_ = 0;              // so many of them ago
 };
 
 }  // namespace tagtwist::internal

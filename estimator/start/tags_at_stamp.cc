@@ -1,27 +1,83 @@
 #include "estimator/start/tags_at_stamp.h"
 
-#include "estimator/start/recording_start.h"
+#include <cmath>
+
+#include "frontend/types/so3.h"
 
 namespace tagtwist::internal {
+namespace {
 
-std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const BodyState& at_stamp,
+using Jacobian = Eigen::Matrix<double, 2, 6>;  // of a pixel by a step of the pose
+
+// M5.
+bool ProjectFrom(const EstimatorSetup& setup, const Pose& world_from_body,
+                 const Eigen::Vector3d& corner, Eigen::Vector2d* pixel, Jacobian* by_step) {
+  const Eigen::Vector3d in_body = Inverse(world_from_body) * corner;
+  Eigen::Matrix<double, 2, 3> by_point;
+  if (!setup.camera.Project(setup.cam_from_body * in_body, pixel, &by_point)) return false;
+  const Eigen::Matrix<double, 2, 3> by_body =
+      by_point * setup.cam_from_body.rotation().toRotationMatrix();
+  by_step->leftCols<3>() = by_body * Hat(in_body);
+  by_step->rightCols<3>() = -by_body * world_from_body.rotation().toRotationMatrix().transpose();
+  return true;
+}
+
+}  // namespace
+
+std::optional<RowMotion> MotionOfRows(
+    const EstimatorSetup& setup, int64_t t_ns,
+    const std::function<std::optional<StateAndCovariance>(int64_t)>& trajectory) {
+  const double whole_s = setup.line_time_s * setup.camera.height;
+  const auto half_ns = static_cast<int64_t>(std::llround(0.5e9 * whole_s));
+  const auto first = trajectory(t_ns), middle = trajectory(t_ns + half_ns),
+             last = trajectory(t_ns + 2 * half_ns);
+  if (!first || !middle || !last) return std::nullopt;
+  RowMotion out;
+  out.at_stamp = first->state.world_from_body;
+  const PoseStep half = Difference(middle->state.world_from_body, out.at_stamp),
+                 whole = Difference(last->state.world_from_body, out.at_stamp);
+  out.by_s = (4 * half - whole) / whole_s;
+  out.by_s2 = 2 * (whole - 2 * half) / (whole_s * whole_s);
+  // The twist's, attitude first.
+  const StateCovariance& p = middle->covariance;
+  out.covariance << p.block<3, 3>(9, 9), p.block<3, 3>(9, 6), p.block<3, 3>(6, 9),
+      p.block<3, 3>(6, 6);
+  return out;
+}
+
+std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const RowMotion& motion,
                                         std::vector<TagDetection> tags) {
-  const auto project = [&](const BodyState& state, const Eigen::Vector3d& corner,
-                           Eigen::Vector2d* pixel) {
-    return setup.camera.Project(setup.cam_from_body * (Inverse(state.world_from_body) * corner),
-                                pixel);
-  };
+  const auto n = static_cast<double>(tags.size());
   for (TagDetection& tag : tags) {
     if (setup.map.Find(tag.id) == nullptr) continue;
     const auto& corners = setup.map.CornersInWorld(tag.id);
+    Eigen::Matrix<double, 8, 6> by_twist = Eigen::Matrix<double, 8, 6>::Zero();
     for (size_t c = 0; c < 4; ++c) {
-      const BodyState at_row = Predict(at_stamp, setup.line_time_s * tag.corners[c].y());
+      const double s = setup.line_time_s * tag.corners[c].y();
       Eigen::Vector2d then, later;
-      if (!project(at_stamp, corners[c], &then) || !project(at_row, corners[c], &later)) continue;
+      Jacobian by_then, by_later;
+      if (!ProjectFrom(setup, motion.at_stamp, corners[c], &then, &by_then) ||
+          !ProjectFrom(setup, motion.After(s), corners[c], &later, &by_later)) {
+        continue;
+      }
       tag.corners[c] += then - later;
+      by_twist.middleRows<2>(2 * static_cast<Eigen::Index>(c)) = s * by_later;
     }
+    const Eigen::Matrix<double, 8, 8> open =
+        n * by_twist * motion.covariance * by_twist.transpose();
+    if (open.isZero(0)) continue;
+    tag.covariance = tag.covariance ? Eigen::Matrix<double, 8, 8>(*tag.covariance + open) : open;
   }
   return tags;
+}
+
+int64_t MeanDelayNs(const EstimatorSetup& setup, const std::vector<TagDetection>& tags) {
+  double sum = 0;
+  for (const TagDetection& tag : tags) {
+    for (const Eigen::Vector2d& corner : tag.corners) sum += corner.y();
+  }
+  if (tags.empty()) return 0;
+  return std::llround(1e9 * setup.line_time_s * sum / (4 * static_cast<double>(tags.size())));
 }
 
 }  // namespace tagtwist::internal

@@ -15,10 +15,12 @@ FixedLagSmoother::FixedLagSmoother(EstimatorSetup setup)
       segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
 
 Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const TimeUp& time_up) {
-  if (const auto fine = set_up_check_.Add(given.tags); !fine) return fine.error();
-  FrameMeasurements measurement = given;
-  gate_.TakeRefused(&measurement.tags);
   WindowOutput out;
+  FrameMeasurements measurement = given;
+  LeaveOutDoubled(&measurement, &out);
+  if (const auto fine = set_up_check_.Add(measurement.tags); !fine) return fine.error();
+  const std::vector<TagDetection> all_tags = measurement.tags;
+  gate_.TakeRefused(&measurement.tags);
   Unseen unseen{measurement.t_ns, measurement.closed_form,
                 static_cast<int>(measurement.tracks.size())};
   const bool too_soon = stamps_.ComesTooSoon(measurement.t_ns);
@@ -45,11 +47,12 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
       return out;
     }
   }
-  seen_.back().tags = given.tags;
+  seen_.back().tags = all_tags;
   if (seen_.size() > 1) {  // what tags said elsewhere was nothing
     for (Unseen& before : seen_[seen_.size() - 2].after) before.elsewhere.reset();
   }
   if (++frames_since_restart_ > kFramesToSettle) restarts_in_a_row_ = 0;
+  JudgeIds(measurement);
   seen_.back().is_doubted = IsDoubted(hypotheses_[0].input.frames.back());
   const bool hurried = measurement.cut_short || IsUp(time_up);
   CompareWithMirroredPoses();
@@ -153,7 +156,8 @@ void FixedLagSmoother::Forget(size_t n_frames) {
 }
 
 std::vector<std::string> FixedLagSmoother::Warnings() const {
-  std::vector<std::string> out = audit_.Warnings();
+  std::vector<std::string> out = doubled_.Warnings();
+  for (std::string& warning : audit_.Warnings()) out.push_back(std::move(warning));
   if (const auto of_tracks = segmenter_.tally().Warning()) out.push_back(*of_tracks);
   if (const auto of_stamps = stamps_.Warning()) out.push_back(*of_stamps);
   if (const auto of_restarts = RestartWarning()) out.push_back(*of_restarts);

@@ -12,6 +12,7 @@
 #include "estimator/result/reprojection_tally.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/noise_learning.h"
+#include "estimator/start/doubled_tags.h"
 #include "estimator/start/frame_start.h"
 #include "estimator/start/set_up_check.h"
 #include "estimator/start/tag_gate.h"
@@ -39,6 +40,9 @@ class FixedLagSmoother {
   Result<WindowOutput> Add(const FrameMeasurements& given, const TimeUp& time_up = {});
   /// Whether all that was seen may be what the set-up says: for short recordings, at their end.
   Status CheckSetUp() const { return set_up_check_.Finish(); }
+  /// The frames in the window leave, for the next one's times are to be read in another way; what
+  /// was learned of the motion is learned anew.
+  void LeaveForNewTimes(std::vector<FrameEstimate>* lagged);
   /// The frames still in the window, smoothed; call at the end.
   std::vector<FrameEstimate> Finish();
   /// State at a stamp after the newest frame's, as the motion prior carries that frame's state on,
@@ -77,6 +81,8 @@ class FixedLagSmoother {
   bool IsLeap(const FrameMeasurements& measurement, const FrameStarts& starts) const;
   std::optional<PoseMeasurement> OutOfReach(const FrameMeasurements& measurement,
                                             const FrameStarts& starts) const;
+  void JudgeIds(const FrameMeasurements& measurement);
+  void LeaveOutDoubled(FrameMeasurements* measurement, WindowOutput* out);
   void LeaveAll(WindowOutput* out);
   void StartAnew(int64_t t_ns, WindowOutput* out);
   std::optional<std::string> RestartWarning() const;
@@ -110,6 +116,7 @@ class FixedLagSmoother {
   EstimatorSetup setup_;
   SetUpCheck set_up_check_;
   TagGate gate_;
+  DoubledTags doubled_;
   NoiseModel noise_;
   TrackSegmenter segmenter_;
   int first_frame_ = 0;                       // in the window, counted from the first one added
@@ -128,6 +135,7 @@ class FixedLagSmoother {
   NoiseStatistics statistics_;                // of the frames that left, fading
   bool has_learned_ = false;
   size_t restarts_ = 0;
+  std::optional<int> alone_since_restart_;  // the id of the tag that told another place
   int restarts_in_a_row_ = 0;  // each before the frames since the last one told of the motion
   int frames_since_restart_ = 0;
   int64_t first_restart_ns_ = 0;

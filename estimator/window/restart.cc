@@ -40,8 +40,12 @@ FrameStarts FixedLagSmoother::Start(const FrameMeasurements& measurement, Window
     starts.starts[0].state = last->state;
     starts.starts[0].tags.clear();
   }
-  if (other_place_.Add(starts.excluded, measurement) || IsBreak(measurement, starts)) {
+  const bool is_elsewhere = other_place_.Add(starts.excluded, measurement);
+  if (is_elsewhere || IsBreak(measurement, starts)) {
     StartAnew(measurement.t_ns, out);
+    if (is_elsewhere && measurement.tags.size() == 1 && doubled_.any_agreed()) {
+      alone_since_restart_ = measurement.tags[0].id;
+    }
     starts = StartFrame(setup_, noise_, measurement, nullptr, std::nullopt);
   }
   return starts;
@@ -99,14 +103,55 @@ std::optional<PoseMeasurement> FixedLagSmoother::OutOfReach(const FrameMeasureme
   return alone;
 }
 
+// Which tags the solution was made with, and which of the others lie elsewhere.
+void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
+  if (hypotheses_.size() != 1) return;
+  const GraphFrame& frame = hypotheses_[0].input.frames.back();
+  std::vector<int> used, elsewhere;
+  for (const TagDetection& tag : frame.tags) {
+    used.push_back(tag.id);
+    if (alone_since_restart_ != tag.id) alone_since_restart_.reset();
+  }
+  if (frame.tags.size() < measurement.tags.size()) {
+    for (const TagDetection& tag : measurement.tags) {
+      if (std::count(used.begin(), used.end(), tag.id) > 0) continue;
+      const auto judged = JudgeTag(setup_, frame.state.world_from_body, tag);
+      const double size_m = setup_.map.Find(tag.id)->size_m;
+      if (!judged || judged->shift_m.norm() > size_m) elsewhere.push_back(tag.id);
+    }
+  }
+  doubled_.AddSolved(used, elsewhere);
+}
+
+// Once an id is known to be doubled, frames that were built on one of the two are worth nothing.
+void FixedLagSmoother::LeaveOutDoubled(FrameMeasurements* measurement, WindowOutput* out) {
+  const bool is_news = doubled_.Add(*measurement);
+  doubled_.TakeOut(&measurement->tags);
+  if (is_news && !hypotheses_.empty()) LeaveAll(out);
+}
+
 // All frames leave; the next one has nothing before it.
 void FixedLagSmoother::LeaveAll(WindowOutput* out) {
   for (FrameEstimate& left : EstimatesOfAll()) out->lagged.push_back(std::move(left));
   Forget(seen_.size());
   hypotheses_.clear();
+  alone_since_restart_.reset();
   power_.Break();
   mirror_is_open_ = true;
   mirror_cost_of_left_ = 0;
+}
+
+void FixedLagSmoother::LeaveForNewTimes(std::vector<FrameEstimate>* lagged) {
+  if (hypotheses_.empty()) return;
+  WindowOutput out;
+  LeaveAll(&out);
+  *lagged = std::move(out.lagged);
+  const double corner_sigma_px = noise_.corner_sigma_px;
+  noise_ = InitialNoise(setup_.options);
+  noise_.corner_sigma_px = corner_sigma_px;
+  statistics_ = NoiseStatistics();
+  has_learned_ = false;
+  stamps_ = StampCheck();
 }
 
 void FixedLagSmoother::StartAnew(int64_t t_ns, WindowOutput* out) {
@@ -118,8 +163,10 @@ void FixedLagSmoother::StartAnew(int64_t t_ns, WindowOutput* out) {
 }
 
 // While one restart follows upon another, frames contradict one another and nobody knows which is
-// right: only those whose tags agree among themselves have a state.
+// right: only those whose tags agree among themselves have a state. So it is where one tag alone
+// has told another place than those that agreed before: it may have a twin.
 bool FixedLagSmoother::IsDoubted(const GraphFrame& frame) const {
+  if (alone_since_restart_) return true;
   if (restarts_in_a_row_ == 0) return false;
   const auto alone =
       PoseOfTags(setup_, noise_.corner_sigma_px, frame.tags, frame.state.world_from_body);

@@ -12,7 +12,9 @@ Result<FrameMeasurements> RollingShutterUndo::AsOfStamp(FrameMeasurements measur
   const auto seen = as_seen_.Add(measurement, time_up);
   if (!seen) return seen.error();
   if (seen->current.status == FrameStatus::kNoFix) return measurement;
-  measurement.tags = TagsAsOfStamp(setup_, seen->current.state, measurement.tags);
+  const auto motion = MotionOfRows(setup_, measurement.t_ns - MeanDelayNs(setup_, measurement.tags),
+                                   [&](int64_t t_ns) { return as_seen_.PredictAt(t_ns); });
+  if (motion) measurement.tags = TagsAsOfStamp(setup_, *motion, measurement.tags);
   return measurement;
 }
 

@@ -7,10 +7,10 @@
 
 namespace tagtwist::internal {
 
-/// Undoes a rolling shutter frame by frame, for a sliding window. The twists are those of a window
-/// of its own, which takes the corners as they are: its poses are those of some row, but their
-/// twist is right, and knows nothing of what is undone by it. Twists that do know feed back into
-/// themselves, and run away.
+/// Undoes a rolling shutter frame by frame, for a sliding window. The motion is that of a window
+/// of its own, which takes the corners as they are: its poses are those of the mean row, but their
+/// twist and acceleration are right, and know nothing of what is undone by them. Those that do know
+/// feed back into themselves, and run away.
 class RollingShutterUndo {
  public:
   explicit RollingShutterUndo(const EstimatorSetup& setup);

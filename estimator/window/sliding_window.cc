@@ -4,6 +4,7 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/window/fixed_lag_smoother.h"
+#include "estimator/window/online_clock.h"
 #include "estimator/window/rolling_shutter.h"
 #include "estimator/window/window_systematic.h"
 
@@ -12,18 +13,48 @@ namespace tagtwist {
 using namespace internal;
 
 struct SlidingWindow::Impl {
-  explicit Impl(const EstimatorSetup& setup) : smoother(setup) {
+  explicit Impl(const EstimatorSetup& setup) : smoother(setup), clock(setup) {
     if (setup.line_time_s != 0) undo.emplace(setup);
     if (WindowSystematic::IsAsked(setup.options)) systematic.emplace(setup);
   }
 
-  Result<WindowOutput> Add(const FrameMeasurements& measurement, const TimeUp& time_up) {
+  // The frame at its time; a clock that is taken in another way begins a new window.
+  Result<WindowOutput> AddAtTime(const FrameMeasurements& measurement, const TimeUp& time_up) {
+    if (clock_changed) smoother.LeaveForNewTimes(&left);
+    clock_changed = false;
     auto out = smoother.Add(measurement, time_up);
-    if (out && systematic) systematic->AddTo(measurement, smoother.noise(), &*out);
+    if (!out) return out;
+    out->lagged.insert(out->lagged.begin(), left.begin(), left.end());
+    left.clear();
+    if (systematic) systematic->AddTo(measurement, smoother.noise(), &*out);
+    if (out->current.status != FrameStatus::kNoFix) {
+      clock_changed = clock.Judge(smoother.noise().corner_sigma_px, measurement.tags,
+                                  out->current.state.world_from_body);
+    }
+    return out;
+  }
+
+  // The frame with its own time, and its corners as of then.
+  Result<WindowOutput> AddInTime(FrameMeasurements measurement, int64_t t_ns,
+                                 const TimeUp& time_up) {
+    measurement.t_ns = t_ns;
+    if (!undo) return AddAtTime(measurement, time_up);
+    const auto of_stamp = undo->AsOfStamp(std::move(measurement), time_up);
+    return of_stamp ? AddAtTime(*of_stamp, time_up) : of_stamp.error();
+  }
+
+  Result<WindowOutput> Add(const FrameMeasurements& measurement, const TimeUp& time_up) {
+    const int64_t t_ns = clock.TimeOf(measurement.t_ns);
+    auto out = t_ns == measurement.t_ns && !undo ? AddAtTime(measurement, time_up)
+                                                 : AddInTime(measurement, t_ns, time_up);
+    if (out) clock.NameByStamp(&out->current, &out->lagged);
     return out;
   }
 
   FixedLagSmoother smoother;
+  OnlineClock clock;
+  bool clock_changed = false;
+  std::vector<FrameEstimate> left;             // when it did
   std::optional<RollingShutterUndo> undo;      // where the camera has a rolling shutter
   std::optional<WindowSystematic> systematic;  // where any is given
 };
@@ -36,10 +67,7 @@ SlidingWindow::~SlidingWindow() = default;
 
 Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement,
                                         const TimeUp& time_up) {
-  if (!impl_->undo) return impl_->Add(measurement, time_up);
-  const auto of_stamp = impl_->undo->AsOfStamp(measurement, time_up);
-  if (!of_stamp) return of_stamp.error();
-  return impl_->Add(*of_stamp, time_up);
+  return impl_->Add(measurement, time_up);
 }
 
 Status SlidingWindow::CheckSetUp() const { return impl_->smoother.CheckSetUp(); }
@@ -47,6 +75,7 @@ Status SlidingWindow::CheckSetUp() const { return impl_->smoother.CheckSetUp(); 
 std::vector<FrameEstimate> SlidingWindow::Finish() {
   std::vector<FrameEstimate> out = impl_->smoother.Finish();
   if (impl_->systematic) impl_->systematic->AddTo(&out);
+  impl_->clock.NameByStamp(nullptr, &out);
   return out;
 }
 
@@ -56,7 +85,11 @@ std::optional<StateAndCovariance> SlidingWindow::PredictAt(int64_t t_ns) const {
 
 const NoiseModel& SlidingWindow::noise() const { return impl_->smoother.noise(); }
 
-std::vector<std::string> SlidingWindow::Warnings() const { return impl_->smoother.Warnings(); }
+std::vector<std::string> SlidingWindow::Warnings() const {
+  std::vector<std::string> out = impl_->smoother.Warnings();
+  if (const auto of_clock = impl_->clock.Warning()) out.push_back(*of_clock);
+  return out;
+}
 
 ReprojectionErrorsByPlace SlidingWindow::Reprojection() const {
   return impl_->smoother.Reprojection();

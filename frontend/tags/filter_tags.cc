@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <unordered_map>
 
+#include "frontend/geometry/tag_outline.h"
+
 namespace tagtwist {
+
+using namespace internal;
 
 std::vector<TagDetection> FilterTags(const std::vector<TagDetection>& tags, const TagMap& map,
                                      const Camera& camera, double border_px) {
@@ -21,6 +26,30 @@ std::vector<TagDetection> FilterTags(const std::vector<TagDetection>& tags, cons
   std::sort(usable.begin(), usable.end(),
             [](const TagDetection& a, const TagDetection& b) { return a.id < b.id; });
   return usable;
+}
+
+namespace {
+
+Eigen::Vector2d CentreOf(const TagDetection& tag) {
+  return 0.25 * (tag.corners[0] + tag.corners[1] + tag.corners[2] + tag.corners[3]);
+}
+
+bool AreApart(const TagDetection& a, const TagDetection& b) {
+  return CentreOf(a).allFinite() && CentreOf(b).allFinite() && !IsInside(CentreOf(a), b.corners) &&
+         !IsInside(CentreOf(b), a.corners);
+}
+
+}  // namespace
+
+std::vector<int> DoubledIds(const std::vector<TagDetection>& tags, const TagMap& map) {
+  std::set<int> out;
+  for (size_t i = 0; i < tags.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      if (tags[i].id != tags[j].id || map.Find(tags[i].id) == nullptr) continue;
+      if (AreApart(tags[i], tags[j])) out.insert(tags[i].id);
+    }
+  }
+  return {out.begin(), out.end()};
 }
 
 }  // namespace tagtwist

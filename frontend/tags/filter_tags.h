@@ -12,4 +12,8 @@ namespace tagtwist {
 std::vector<TagDetection> FilterTags(const std::vector<TagDetection>& tags, const TagMap& map,
                                      const Camera& camera, double border_px);
 
+/// Ids of the map that are seen at two places at once, sorted: repeated, none of the two within the
+/// other.
+std::vector<int> DoubledIds(const std::vector<TagDetection>& tags, const TagMap& map);
+
 }  // namespace tagtwist

@@ -11,9 +11,11 @@
 
 namespace tagtwist::internal {
 
-/// What TagFinder does, with parts at hand: several threads may share the refiner.
+/// What TagFinder does, with parts at hand: several threads may share the refiner. `doubled_ids`
+/// gets the DoubledIds.
 std::vector<TagDetection> FindTags(const cv::Mat& gray, const TagDetector& detector,
                                    const CornerRefiner& refiner, const TagMap& map,
-                                   const Camera& camera, const TagDetectorOptions& options);
+                                   const Camera& camera, const TagDetectorOptions& options,
+                                   std::vector<int>* doubled_ids = nullptr);
 
 }  // namespace tagtwist::internal

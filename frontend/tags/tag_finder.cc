@@ -31,9 +31,10 @@ TagFinder::TagFinder(TagFinder&&) noexcept = default;
 TagFinder& TagFinder::operator=(TagFinder&&) noexcept = default;
 TagFinder::~TagFinder() = default;
 
-std::vector<TagDetection> TagFinder::Find(const cv::Mat& gray) const {
+std::vector<TagDetection> TagFinder::Find(const cv::Mat& gray,
+                                          std::vector<int>* doubled_ids) const {
   return FindTags(gray, impl_->detector, impl_->refiner, impl_->set_up.map,
-                  impl_->set_up.rig.front().camera, impl_->options);
+                  impl_->set_up.rig.front().camera, impl_->options, doubled_ids);
 }
 
 }  // namespace tagtwist

@@ -25,7 +25,9 @@ class TagFinder {
   ~TagFinder();
 
   /// Of an 8-bit gray image; one that is empty or of another type has none. Sorted by id.
-  std::vector<TagDetection> Find(const cv::Mat& gray) const;
+  /// `doubled_ids` gets the DoubledIds.
+  std::vector<TagDetection> Find(const cv::Mat& gray,
+                                 std::vector<int>* doubled_ids = nullptr) const;
 
  private:
   struct Impl;

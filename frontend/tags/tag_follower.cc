@@ -43,6 +43,7 @@ std::vector<TagDetection> TagFollower::Find(const cv::Mat& gray,
                                             const std::optional<PosePrediction>& prediction,
                                             const TimeUp& time_up) {
   was_cut_short_ = false;
+  doubled_ids_.clear();
   if (gray.empty()) return {};
   if (!prediction) return SearchAll(gray, time_up);
   GuidedTags guided = guided_.Find(gray, refiner_, *prediction, time_up);
@@ -55,11 +56,19 @@ std::vector<TagDetection> TagFollower::Find(const cv::Mat& gray,
   return part ? SearchPart(gray, *part, guided.found) : std::move(guided.found);
 }
 
+std::vector<TagDetection> TagFollower::Filtered(const std::vector<TagDetection>& tags) {
+  for (const int id : DoubledIds(tags, map_)) {
+    const auto place = std::lower_bound(doubled_ids_.begin(), doubled_ids_.end(), id);
+    if (place == doubled_ids_.end() || *place != id) doubled_ids_.insert(place, id);
+  }
+  return FilterTags(tags, map_, camera_, border_px_);
+}
+
 std::vector<TagDetection> TagFollower::SearchAll(const cv::Mat& gray, const TimeUp& time_up) {
   if (time_up) return SearchParts(gray, time_up);
-  auto found = FilterTags(plain_detector_.Detect(gray), map_, camera_, border_px_);
+  auto found = Filtered(plain_detector_.Detect(gray));
   if (found.size() < kEnoughTags) {  // small ones, or blurred
-    found = FilterTags(full_detector_.Detect(gray), map_, camera_, border_px_);
+    found = Filtered(full_detector_.Detect(gray));
   }
   RefinedTags refined = WithoutCutTags(refiner_.RefineAll(gray, found), ImageBox(gray));
   auto tags = CompleteTags(gray, refiner_, map_, camera_, border_px_, refined);
@@ -81,7 +90,7 @@ std::vector<TagDetection> TagFollower::SearchParts(const cv::Mat& gray, const Ti
 // What is known, and what else lies in the part. An id that is seen at two places is dropped.
 std::vector<TagDetection> TagFollower::SearchPart(const cv::Mat& gray,
                                                   const Eigen::AlignedBox2d& part,
-                                                  const std::vector<TagDetection>& known) const {
+                                                  const std::vector<TagDetection>& known) {
   const Eigen::Vector2d size(gray.cols, gray.rows);
   const Eigen::Vector2i low = part.min().cwiseProduct(size).cast<int>();
   const Eigen::Vector2i high =
@@ -98,11 +107,9 @@ std::vector<TagDetection> TagFollower::SearchPart(const cv::Mat& gray,
   if (fresh.empty()) return known;
   const Eigen::AlignedBox2d searched(low.cast<double>(),
                                      (high.array() - 1).matrix().cast<double>());
-  fresh = WithoutCutTags(refiner_.RefineAll(gray, FilterTags(fresh, map_, camera_, border_px_)),
-                         searched)
-              .tags;
+  fresh = WithoutCutTags(refiner_.RefineAll(gray, Filtered(fresh)), searched).tags;
   fresh.insert(fresh.end(), known.begin(), known.end());
-  return FilterTags(fresh, map_, camera_, border_px_);
+  return Filtered(fresh);
 }
 
 }  // namespace tagtwist::internal

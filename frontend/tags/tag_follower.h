@@ -28,6 +28,8 @@ class TagFollower {
                                  const TimeUp& time_up = {});
   /// Whether the time was up before the last image was done with.
   bool was_cut_short() const { return was_cut_short_; }
+  /// DoubledIds of what was found in the last image.
+  const std::vector<int>& doubled_ids() const { return doubled_ids_; }
 
  private:
   TagFollower(const SetUp& set_up, const TagDetectorOptions& options, TagDetector full,
@@ -35,7 +37,8 @@ class TagFollower {
   std::vector<TagDetection> SearchAll(const cv::Mat& gray, const TimeUp& time_up);
   std::vector<TagDetection> SearchParts(const cv::Mat& gray, const TimeUp& time_up);
   std::vector<TagDetection> SearchPart(const cv::Mat& gray, const Eigen::AlignedBox2d& part,
-                                       const std::vector<TagDetection>& known) const;
+                                       const std::vector<TagDetection>& known);
+  std::vector<TagDetection> Filtered(const std::vector<TagDetection>& tags);
 
   TagMap map_;
   Camera camera_;
@@ -45,6 +48,7 @@ class TagFollower {
   GuidedDetector guided_;
   DetectionPolicy policy_;
   bool was_cut_short_ = false;
+  std::vector<int> doubled_ids_;
 };
 
 }  // namespace tagtwist::internal

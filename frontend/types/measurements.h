@@ -42,7 +42,8 @@ struct FrameMeasurements {
   std::vector<TagDetection> tags;        // all in the map, each id at most once
   std::vector<TrackObservation> tracks;  // sorted by track_id
   ClosedForm closed_form;
-  bool cut_short = false;  // a deadline came before all was measured
+  bool cut_short = false;             // a deadline came before all was measured
+  std::vector<int> doubled_ids = {};  // of the map, detected at two places at once
 };
 
 }  // namespace tagtwist

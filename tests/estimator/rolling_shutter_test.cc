@@ -83,13 +83,15 @@ TEST(RollingShutter, WindowFromTheSetUpAloneIsNearlyAsGoodAsWithoutOne) {
 TEST(RollingShutter, StandingStillOrWithoutOneNothingMoves) {
   const CalibrationFlight flight = Flight(0);
   const std::vector<TagDetection>& tags = flight.measurements[3].tags;
-  BodyState state{flight.world_from_body[3], {{1, 2, 0}, {0.5, 0, 1}}};
+  RowMotion motion;
+  motion.at_stamp = flight.world_from_body[3];
+  motion.by_s << 0.5, 0, 1, 1, 2, 0;
   EstimatorSetup setup = MakeEstimatorSetup(flight.config.set_up, flight.config.estimator);
-  const auto global = TagsAsOfStamp(setup, state, tags);
+  const auto global = TagsAsOfStamp(setup, motion, tags);
   setup.line_time_s = kLineTimeS;
-  const auto moved = TagsAsOfStamp(setup, state, tags);
-  state.twist = Twist();
-  const auto still = TagsAsOfStamp(setup, state, tags);
+  const auto moved = TagsAsOfStamp(setup, motion, tags);
+  motion.by_s.setZero();
+  const auto still = TagsAsOfStamp(setup, motion, tags);
   ASSERT_GT(tags.size(), 0u);
   for (size_t i = 0; i < tags.size(); ++i) {
     for (size_t c = 0; c < 4; ++c) {

@@ -53,6 +53,7 @@ Result<TakenStamps> ReadStamps(const CsvTable& table, size_t column, TimeUnit un
   }
   GrowingStamps growing;
   size_t without = 0;
+  bool took_last = false;  // rows of one stamp stand together
   for (size_t row = 0; row < table.rows(); ++row) {
     const std::string_view cell = table.Cell(row, column);
     if (cell == "nan" || cell == "NaN") {
@@ -64,7 +65,9 @@ Result<TakenStamps> ReadStamps(const CsvTable& table, size_t column, TimeUnit un
     if (!t_ns) return t_ns.error();
     const bool repeats = !out.stamps_ns.empty() && *t_ns == out.stamps_ns.back();
     const bool grows = out.stamps_ns.empty() || *t_ns > out.stamps_ns.back();
-    if (grows || (repeats && all_repeats)) {
+    const bool stands_with_it = repeats && all_repeats && took_last;
+    took_last = grows || stands_with_it;
+    if (took_last) {
       growing.kept.push_back(row);
       out.stamps_ns.push_back(*t_ns);
     } else {

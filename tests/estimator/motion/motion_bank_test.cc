@@ -198,6 +198,19 @@ TEST(MotionBank, AfterALongGapTheMeasurementSaysWhereItIs) {
   }
 }
 
+// Stamps in pairs: metres a second for half a millisecond, then rest.
+TEST(MotionBank, StaysFiniteUnderAbsurdTimes) {
+  MotionBank bank(AngularBankOptions(WhiteNoiseOn::kJerk));
+  const Eigen::Matrix3d covariance = 1e-8 * Eigen::Matrix3d::Identity();
+  for (int k = 0; k < 400; ++k) {
+    bank.Predict(k % 2 == 0 ? 0.0662 : 5e-4);
+    bank.Measure(Eigen::Vector3d(std::sin(0.1 * k), std::cos(0.07 * k), 0.3 * (k % 7)), covariance);
+    ASSERT_TRUE(std::isfinite(bank.log_likelihood())) << k;
+    ASSERT_TRUE(bank.Mean().allFinite()) << k;
+    ASSERT_TRUE(std::isfinite(bank.Density())) << k;
+  }
+}
+
 TEST(MotionBank, MovingTheOriginChangesNothingElse) {
   MotionBank bank{MotionBankOptions()}, moved = bank;
   const Eigen::Matrix3d turn =
@@ -209,7 +222,8 @@ TEST(MotionBank, MovingTheOriginChangesNothingElse) {
     bank.Measure(Eigen::Vector3d(std::sin(0.3 * k), 0.1 * k, 0), covariance);
   }
   moved = bank;
-  moved.MoveOrigin(turn, origin);
+  moved.TurnOrigin(turn);
+  moved.MoveOrigin(origin);
   const Eigen::Vector3d x(0.1, 2, 0.01);
   bank.Measure(x, covariance);
   moved.Measure(turn * x - origin, turn * covariance * turn.transpose());

@@ -12,7 +12,8 @@ namespace {
 constexpr Situation kAll[] = {Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,
                               Situation::kTrapezoid, Situation::kStopAndGo, Situation::kHit,
                               Situation::kVibration, Situation::kGaps,      Situation::kPhantoms,
-                              Situation::kKidnapped, Situation::kFarTag};
+                              Situation::kKidnapped, Situation::kFarTag,    Situation::kJitter,
+                              Situation::kBursts,    Situation::kTwin,      Situation::kTwinApart};
 
 class Situations : public testing::TestWithParam<Situation> {};
 
@@ -38,7 +39,8 @@ TEST_P(Situations, TheWindowIsNeverSurelyWrong) {
     // the twist is too sure.
     if (GetParam() == Situation::kVibration) continue;
     EXPECT_LT(lagged.without, 1U);
-    EXPECT_LT(lagged.nees, 2.0);
+    // Jitter that moves a calm body by less than a frame's noise tells of itself only over seconds.
+    EXPECT_LT(lagged.nees, GetParam() == Situation::kJitter ? 5.0 : 2.0);
     EXPECT_GT(lagged.nees, 0.2);
     EXPECT_LT(current.beyond, 0.03);
     EXPECT_LT(lagged.beyond, 0.03);

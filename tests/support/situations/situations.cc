@@ -6,19 +6,16 @@
 #include <functional>
 #include <random>
 
+#include "frontend/tags/filter_tags.h"
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/tag_scene.h"
+#include "tests/support/situations/phantoms.h"
 
 namespace tagtwist::internal {
 namespace {
 
 constexpr double kDurationS = 16, kPi2 = 6.283185307179586;
 using Path = std::function<double(double)>;  // [m] at [s], along one line
-using Rng = std::mt19937_64;
-
-double Draw(Rng* rng, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(*rng);
-}
 
 double Step(double x) {
   const double y = std::clamp(x, 0.0, 1.0);
@@ -92,34 +89,38 @@ struct Motion {
   }
 };
 
-// Random corners under an id of the map.
-TagDetection Phantom(const TagMap& map, Rng* rng) {
-  TagDetection out;
-  out.id =
-      map.tags()[static_cast<size_t>(Draw(rng, 0, 0.999) * static_cast<double>(map.tags().size()))]
-          .id;
-  const Eigen::Vector2d centre(Draw(rng, 60, 300), Draw(rng, 60, 180));
-  const double size = Draw(rng, 15, 40), turn = Draw(rng, 0, kPi2);
-  for (size_t c = 0; c < 4; ++c) {
-    const double angle = turn - kPi2 / 4 * static_cast<double>(c);
-    out.corners[c] = centre + size * Eigen::Vector2d(std::cos(angle) * Draw(rng, 0.8, 1.2),
-                                                     std::sin(angle) * Draw(rng, 0.8, 1.2));
-  }
-  return out;
+// Half a millisecond apart, when the second of two has come.
+int64_t BurstStamp(int frame, double rate_hz) {
+  const double second = 2 * std::floor(0.5 * frame) + 1;
+  const double t = second / rate_hz - (frame % 2 == 0 ? 5e-4 : 0);
+  return 1'000'000'000 + static_cast<int64_t>(std::llround(1e9 * t));
 }
 
-void AddPhantom(const TagMap& map, Rng* rng, std::vector<TagDetection>* tags) {
-  const TagDetection phantom = Phantom(map, rng);
-  const auto same = [&](const TagDetection& tag) { return tag.id == phantom.id; };
-  tags->erase(std::remove_if(tags->begin(), tags->end(), same), tags->end());
-  tags->push_back(phantom);
+// Of three tags of the mat, the last of which has the first one's id.
+void MakeTwin(double t, bool apart, const std::vector<int>& ids, const EstimatorSetup& setup,
+              FrameMeasurements* m) {
+  constexpr double kPeriodS = 6;
+  const double phase = std::fmod(t, kPeriodS);
+  std::vector<TagDetection> seen;
+  for (TagDetection tag : m->tags) {
+    const bool is_first = tag.id == ids[0], is_other = tag.id == ids[1], is_twin = tag.id == ids[2];
+    if (apart && ((is_first && phase > 3) || (is_twin && phase <= 3) ||
+                  (is_other && phase > 4.5 && phase < 5.5))) {
+      continue;
+    }
+    if (is_twin) tag.id = ids[0];
+    if (is_first || is_other || is_twin) seen.push_back(tag);
+  }
+  m->doubled_ids = DoubledIds(seen, setup.map);
+  m->tags = FilterTags(seen, setup.map, setup.camera, 0);
 }
 
 }  // namespace
 
 std::string NameOf(Situation situation) {
-  const char* const names[] = {"smooth",    "rest", "take-off", "trapezoid", "stop and go", "hit",
-                               "vibration", "gaps", "phantoms", "kidnapped", "far tag"};
+  const char* const names[] = {"smooth",  "rest",      "take-off", "trapezoid", "stop and go",
+                               "hit",     "vibration", "gaps",     "phantoms",  "kidnapped",
+                               "far tag", "jitter",    "bursts",   "twin",      "twin apart"};
   return names[static_cast<size_t>(situation)];
 }
 
@@ -127,12 +128,16 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
   Rng rng(1000 * seed + static_cast<unsigned>(situation));
   SituationDraw out;
   out.setup = CourseSetup();
+  if (situation == Situation::kJitter || situation == Situation::kBursts) out.judged_from = 60;
   // Who is carried is carried to where the mat is.
   const double angle = Draw(&rng, 0, situation == Situation::kKidnapped ? kPi2 / 4 : kPi2);
   const Motion motion{PathOf(situation, &rng),
                       Eigen::Vector3d(std::cos(angle), std::sin(angle), Draw(&rng, -0.3, 0.3)),
                       {Draw(&rng, -0.5, 0.5), Draw(&rng, -0.5, 0.5), Draw(&rng, -1, 1)},
                       situation == Situation::kFarTag ? 2.5 : 1.1};
+  std::vector<int> twins;
+  Rng of_clock(seed);
+  std::normal_distribution<double> scatter(0, Draw(&of_clock, 0.06, 0.2));  // of an interval
   const double gap_from = Draw(&rng, 4, 8), gap_to = gap_from + std::pow(10, Draw(&rng, -1, 0.7));
   for (int k = 0; k < static_cast<int>(kDurationS * rate_hz); ++k) {
     const double t = k / rate_hz;
@@ -142,6 +147,10 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
     m.tags = SeeTags(out.setup.map, out.setup.camera,
                      out.setup.cam_from_body * Inverse(truth.world_from_body), 0.2,
                      static_cast<unsigned>(rng()));
+    if (situation == Situation::kJitter) {
+      m.t_ns += static_cast<int64_t>(std::clamp(scatter(of_clock), -0.4, 0.4) / rate_hz * 1e9);
+    }
+    if (situation == Situation::kBursts) m.t_ns = BurstStamp(k, rate_hz);
     if (situation == Situation::kFarTag) {
       const auto other = [](const TagDetection& tag) { return tag.id != 40; };
       m.tags.erase(std::remove_if(m.tags.begin(), m.tags.end(), other), m.tags.end());
@@ -151,15 +160,32 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
       m.tags.resize(std::min<size_t>(m.tags.size(), 3));
       if (Draw(&rng, 0, 1) < 0.1) AddPhantom(out.setup.map, &rng, &m.tags);
     }
+    if (situation == Situation::kTwin || situation == Situation::kTwinApart) {
+      if (k == 0) {
+        const auto of_seen = [&](size_t tenths) { return m.tags[m.tags.size() * tenths / 10].id; };
+        twins = {of_seen(3), of_seen(5), of_seen(9)};
+      }
+      MakeTwin(t, situation == Situation::kTwinApart, twins, out.setup, &m);
+    }
     out.truth.push_back(truth);
     out.measurements.push_back(std::move(m));
   }
   return out;
 }
 
+bool IsBeyondFiveSigma(const BodyState& truth, const FrameEstimate& frame) {
+  constexpr double kFiveSigma = 31.8;  // of three dimensions
+  const StateVector e = Difference(truth, frame.state);
+  for (int part = 0; part < 12; part += 3) {
+    const Eigen::Vector3d d = e.segment<3>(part);
+    if (!(d.dot(frame.covariance.block<3, 3>(part, part).llt().solve(d)) < kFiveSigma)) return true;
+  }
+  return false;
+}
+
 SituationScore Judge(const SituationDraw& draw, const std::vector<FrameEstimate>& frames) {
   SituationScore out;
-  for (size_t i = 0; i < frames.size(); ++i) {
+  for (size_t i = draw.judged_from; i < frames.size(); ++i) {
     if (frames[i].status == FrameStatus::kNoFix) {
       if (draw.measurements[i].tags.size() > 1) ++out.without;
       continue;
@@ -168,13 +194,7 @@ SituationScore Judge(const SituationDraw& draw, const std::vector<FrameEstimate>
     const StateVector e = Difference(draw.truth[i], frames[i].state);
     const StateCovariance& p = frames[i].covariance;
     out.nees += e.dot(p.llt().solve(e)) / 12;
-    bool beyond = false;
-    for (int part = 0; part < 12; part += 3) {
-      const Eigen::Vector3d d = e.segment<3>(part);
-      constexpr double kFiveSigma = 31.8;  // of three dimensions
-      beyond = beyond || !(d.dot(p.block<3, 3>(part, part).llt().solve(d)) < kFiveSigma);
-    }
-    out.beyond += beyond ? 1 : 0;
+    out.beyond += IsBeyondFiveSigma(draw.truth[i], frames[i]) ? 1 : 0;
     out.position_rms_m += e.segment<3>(3).squaredNorm();
   }
   const auto n = static_cast<double>(out.frames);

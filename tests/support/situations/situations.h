@@ -22,6 +22,10 @@ enum class Situation {
   kPhantoms,   // random quads with ids of the map, few true tags
   kKidnapped,  // carried elsewhere between two frames
   kFarTag,     // one tag alone, from so far that it barely resolves the motion
+  kJitter,     // stamps that scatter around a steady clock; the truth is of the exposures
+  kBursts,     // stamps of a host that takes two frames at a time
+  kTwin,       // two tags, one of which has a twin elsewhere, all in view
+  kTwinApart,  // the same, but never both of the twins; for a while the wrong one alone
 };
 std::string NameOf(Situation situation);
 
@@ -30,6 +34,7 @@ struct SituationDraw {
   EstimatorSetup setup;
   std::vector<BodyState> truth;
   std::vector<FrameMeasurements> measurements;
+  size_t judged_from = 0;  // until then nobody can know what stamps mean
 };
 SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz = 30);
 
@@ -41,6 +46,8 @@ struct SituationScore {
   double beyond = 0;   // share of frames beyond 5 sigma in attitude, position, velocity or rate
   double position_rms_m = 0;
 };
+/// Of attitude, position, velocity or rate.
+bool IsBeyondFiveSigma(const BodyState& truth, const FrameEstimate& frame);
 SituationScore Judge(const SituationDraw& draw, const std::vector<FrameEstimate>& frames);
 
 }  // namespace tagtwist::internal

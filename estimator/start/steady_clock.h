@@ -1,7 +1,10 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
+
+#include "frontend/types/body_state.h"
 
 namespace tagtwist::internal {
 
@@ -14,9 +17,16 @@ struct SteadyClock {
 };
 
 /// Least squares of stamp_i = first + period * n_i over the first time and the period. The frame
-/// numbers n_i grow by 1, or by more where frames seem lost, whichever fits better. nullopt for
-/// fewer than ten stamps, and where a stamp lies 0.75 periods or more from its tick: no steady
-/// clock.
+/// numbers n_i grow by 1, or, now and then, by more where frames seem lost, whichever fits better.
+/// nullopt for fewer than ten stamps, and where a stamp lies 0.75 periods or more from its tick: no
+/// steady clock.
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns);
+
+/// Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations
+/// matter less and are left out.
+StateCovariance OfClock(const BodyState& state, double sigma_s);
+
+/// What a clock does with a recording, in a line.
+std::string TextOf(const SteadyClock& clock);
 
 }  // namespace tagtwist::internal

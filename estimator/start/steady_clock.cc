@@ -1,8 +1,10 @@
-#include "estimator/batch/steady_clock.h"
+#include "estimator/start/steady_clock.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+
+#include "frontend/base/format_text.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -62,6 +64,14 @@ std::vector<int64_t> Followed(const std::vector<double>& stamps_s) {
   return numbers;
 }
 
+// Whether two of three frames come at the tick after the one before: shorter periods fit anything,
+// and those of frames stamped in pairs.
+bool MostFollow(const std::vector<int64_t>& numbers) {
+  size_t follow = 0;
+  for (size_t i = 1; i < numbers.size(); ++i) follow += numbers[i] - numbers[i - 1] == 1 ? 1 : 0;
+  return 3 * follow > 2 * (numbers.size() - 1);
+}
+
 // Standard deviations of the line's values, for stamps of this scatter.
 std::vector<double> TickSigmas(const std::vector<int64_t>& numbers, double rms_s) {
   const auto n = static_cast<double>(numbers.size());
@@ -105,6 +115,7 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
   }
   std::optional<SteadyClock> best;
   for (const std::vector<int64_t>& numbers : {Consecutive(stamps_s.size()), Followed(stamps_s)}) {
+    if (!MostFollow(numbers)) continue;
     const Line line = FitLine(stamps_s, numbers);
     const Misfit misfit = MisfitOf(stamps_s, numbers, line);
     if (!(misfit.largest < kMostMisfit)) continue;
@@ -119,6 +130,19 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
     }
   }
   return best;
+}
+
+StateCovariance OfClock(const BodyState& state, double sigma_s) {
+  StateVector by_time = StateVector::Zero();
+  by_time.head<6>() << state.twist.omega_body, state.twist.v_world;
+  return sigma_s * sigma_s * by_time * by_time.transpose();
+}
+
+std::string TextOf(const SteadyClock& clock) {
+  return Format(
+      "the camera's clock is steady at %.3f ms, the stamps scatter by %.2f ms RMS around it: "
+      "frames are taken at its ticks, and the states are of those; stamps name the frames",
+      1e3 * clock.period_s, 1e3 * clock.rms_s);
 }
 
 }  // namespace tagtwist::internal

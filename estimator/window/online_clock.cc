@@ -1,0 +1,103 @@
+#include "estimator/window/online_clock.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "estimator/motion/tags_alone.h"
+#include "estimator/start/steady_clock.h"
+#include "frontend/base/format_text.h"
+
+namespace tagtwist::internal {
+
+OnlineClock::OnlineClock(const EstimatorSetup& setup)
+    : setup_(setup), is_steady_(setup.options.clock == ClockChoice::kSteady) {}
+
+// The latest stamps are enough: a clock drifts.
+void OnlineClock::Fit() {
+  constexpr size_t kLatest = 100;
+  constexpr double kLeastJitterS = 2e-4;  // less moves nothing
+  while (stamps_ns_.size() > kLatest) stamps_ns_.pop_front();
+  const auto clock = FitSteadyClock({stamps_ns_.begin(), stamps_ns_.end()});
+  tick_ns_.reset();
+  if (!clock || clock->rms_s < kLeastJitterS) return;
+  tick_ns_ = clock->t_ns.back();
+  period_s_ = clock->period_s;
+  rms_s_ = clock->rms_s;
+}
+
+void OnlineClock::Forget() {
+  at_stamps_ = at_ticks_ = MotionBanks();
+  last_tick_ns_ = 0;
+  advantage_ = 0;
+}
+
+int64_t OnlineClock::TimeOf(int64_t stamp_ns) {
+  constexpr size_t kLeast = 20;
+  constexpr int kFramesBetween = 8;  // looks at a clock that needs none
+  if (setup_.options.clock == ClockChoice::kStamps) return stamp_ns;
+  stamps_ns_.push_back(stamp_ns);
+  if (rests_ > 0) --rests_;
+  const bool looks = rests_ == 0 && (tick_ns_ || is_steady_ || ++since_fit_ >= kFramesBetween);
+  if (stamps_ns_.size() >= kLeast && looks) {
+    since_fit_ = 0;
+    Fit();
+    if (!tick_ns_) Forget();
+  }
+  int64_t time_ns = stamp_ns;
+  if (is_steady_ && tick_ns_) {
+    time_ns = *tick_ns_;
+    ++n_steady_;
+  }
+  if (last_time_ns_ > 0) time_ns = std::max(time_ns, last_time_ns_ + 1);
+  last_time_ns_ = time_ns;
+  time_and_name_.emplace_back(time_ns, stamp_ns);
+  return time_ns;
+}
+
+bool OnlineClock::Judge(double corner_sigma_px, const std::vector<TagDetection>& tags,
+                        const Pose& near) {
+  constexpr double kFade = 1 - 1.0 / 300, kClearly = 10, kMost = 40;
+  if (setup_.options.clock != ClockChoice::kAuto || !tick_ns_ || tags.empty()) return false;
+  const auto pose = PoseOfTags(setup_, corner_sigma_px, tags, near);
+  if (!pose || !pose->is_consensus || *tick_ns_ <= last_tick_ns_) return false;
+  last_tick_ns_ = *tick_ns_;
+  at_ticks_.Predict(*tick_ns_);
+  at_ticks_.Measure(*pose);
+  at_stamps_.Predict(stamps_ns_.back());
+  at_stamps_.Measure(*pose);
+  const PartLikelihoods ticks = at_ticks_.log_likelihoods(), stamps = at_stamps_.log_likelihoods();
+  advantage_ =
+      std::clamp(kFade * advantage_ + ticks.linear + ticks.angular - stamps.linear - stamps.angular,
+                 -kMost, kMost);
+  constexpr int kRest = 500;
+  if (advantage_ == -kMost && !is_steady_) {
+    rests_ = kRest;
+    tick_ns_.reset();
+    Forget();
+  }
+  const bool is_steady = is_steady_ ? advantage_ > -kClearly : advantage_ > kClearly;
+  return std::exchange(is_steady_, is_steady) != is_steady;
+}
+
+void OnlineClock::NameByStamp(FrameEstimate* current, std::vector<FrameEstimate>* lagged) {
+  if (time_and_name_.empty()) return;
+  if (current != nullptr) current->t_ns = time_and_name_.back().second;
+  for (FrameEstimate& frame : *lagged) {
+    while (!time_and_name_.empty() && time_and_name_.front().first < frame.t_ns) {
+      time_and_name_.pop_front();
+    }
+    if (time_and_name_.empty() || time_and_name_.front().first != frame.t_ns) continue;
+    frame.t_ns = time_and_name_.front().second;
+    time_and_name_.pop_front();
+  }
+}
+
+std::optional<std::string> OnlineClock::Warning() const {
+  if (n_steady_ == 0) return std::nullopt;
+  return Format(
+      "the camera's clock is steady at %.3f ms, the latest stamps scatter by %.2f ms RMS around "
+      "it: %zu frames were taken at its ticks; stamps name the frames",
+      1e3 * period_s_, 1e3 * rms_s_, n_steady_);
+}
+
+}  // namespace tagtwist::internal
