@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "apps/estimate/sources.h"
 #include "estimator/calibration/set_up/set_up_fault.h"
 #include "estimator/evaluation/plausibility.h"
 #include "estimator/evaluation/truth_fault.h"
 #include "estimator/jobs/find_family.h"
 #include "estimator/online/recording_options.h"
+#include "frontend/base/format_text.h"
 #include "frontend/types/tag_family.h"
 
 namespace tagtwist::internal {
@@ -57,6 +59,32 @@ bool IsMute(const std::string& error) {
          error.find("shows a tag") != std::string::npos;
 }
 
+// Corners where the camera's image ends: its size is another's, or width and height are exchanged.
+// Of given detections: those are passed over in silence before anything is measured.
+std::optional<Fault> OffTheImage(const EstimateJob& job, const Config& config) {
+  constexpr double kMostShare = 0.02;
+  constexpr size_t kFrames = 500;
+  if (!job.run.use_detections || IsCamera(job.dataset)) return std::nullopt;
+  const Camera& camera = config.set_up.rig.front().camera;
+  auto source = OpenDataSource(job.dataset, SourceOptions(job, config));
+  if (!source) return std::nullopt;
+  size_t off = 0, all = 0;
+  for (size_t i = 0; i < kFrames; ++i) {
+    const auto frame = (*source)->Next();
+    if (!frame || !*frame) break;
+    for (const TagDetection& tag : (*frame)->detections) {
+      for (const Eigen::Vector2d& corner : tag.corners) {
+        ++all;
+        off += camera.Contains(corner, -1) ? 0 : 1;
+      }
+    }
+  }
+  if (!(static_cast<double>(off) > kMostShare * static_cast<double>(all))) return std::nullopt;
+  return Fault{Format("%zu of %zu corners lie off the camera's image of %d x %d px.", off, all,
+                      camera.width, camera.height),
+               "It is of images of another size, or width and height are exchanged."};
+}
+
 void Add(std::optional<Fault> fault, Doubts* out) {
   if (fault) out->push_back(*fault);
 }
@@ -67,6 +95,7 @@ Doubts DoubtsOf(const EstimateJob& job, const Config& config, const TagSample& s
                 const std::vector<TruthSample>& truth, const Estimate* estimate,
                 const std::string& error) {
   Doubts out = ImplausibleSetUp(config.set_up.rig.front().camera, config.set_up.map);
+  Add(OffTheImage(job, config), &out);
   if (estimate == nullptr && !IsMute(error)) return out;
   Add(OtherTags(job, config, sample), &out);
   if (out.empty()) {

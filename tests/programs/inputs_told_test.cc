@@ -208,6 +208,15 @@ TEST_F(InputsTold, TheCauseIsNamed) {
   EXPECT_THAT(run.err, HasSubstr("ArUco"));
 }
 
+TEST_F(InputsTold, WidthAndHeightExchangedAreTold) {
+  const std::string camera = "fx: 311.052\nfy: 311.3885\ncx: 201.8724\ncy: 113.621\n";
+  WriteText(Path("camera.yaml"), "width: 240\nheight: 376\n" + camera);
+  const ProgramRun run = Estimate({"--camera_file", "camera.yaml", "--config",
+                                   std::string(TAGTWIST_SOURCE_DIR) + "/configs/course.yaml"});
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("corners lie off the camera's image of 240 x 376 px."));
+}
+
 TEST_F(InputsTold, TruthOfAnotherTimeIsRefusedWithBothSpans) {
   WriteText(Path("truth.tum"), "100 0 0 0 0 0 0 1\n101 0 0 0 0 0 0 1\n");
   const ProgramRun run = Estimate({"--ground_truth", "truth.tum"});
