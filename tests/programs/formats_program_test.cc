@@ -74,7 +74,7 @@ class FormatsProgram : public testing::Test {
   TempFolder folder_;
 };
 
-TEST_F(FormatsProgram, EveryCameraFormatGivesTheSameTrajectory) {
+TEST_F(FormatsProgram, SlowEveryCameraFormatGivesTheSameTrajectory) {
   WriteText(folder_ / "own.yaml", kOwnCamera);
   WriteText(folder_ / "chain.yaml", kKalibrCamchain);
   WriteText(folder_ / "opencv.yml", kOpenCvYaml);

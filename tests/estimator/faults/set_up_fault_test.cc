@@ -62,7 +62,7 @@ Camera Bent() {
   return camera;
 }
 
-TEST(SetUpFault, RightSetUpsAreLeftAlone) {
+TEST(SetUpFault, SlowRightSetUpsAreLeftAlone) {
   for (const char* flight : {"figure8", "agile", "circle", "hover"}) {
     for (const uint64_t seed : {1U, 2U, 3U}) {
       EXPECT_EQ(FaultOf(Fly(flight, 0.1 * static_cast<double>(seed), seed)), "") << flight;

@@ -139,7 +139,8 @@ TEST_P(BankFollows, FlightsThatAreNotItsOwn) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Rates, BankFollows, testing::Values(5.0, 30.0, 200.0));
+INSTANTIATE_TEST_SUITE_P(Rates, BankFollows, testing::Values(5.0, 30.0));
+INSTANTIATE_TEST_SUITE_P(SlowRates, BankFollows, testing::Values(200.0));
 
 TEST(MotionBank, FindsTheDensityOfItsOwnModel) {
   for (const WhiteNoiseOn on : {WhiteNoiseOn::kJerk, WhiteNoiseOn::kAcceleration}) {

@@ -80,7 +80,7 @@ TEST(SetUpCheck, AFewFramesOfRightRecordingsPass) {
   }
 }
 
-TEST(SetUpCheck, TellsEveryOrderOfTagsInSeveralRows) {
+TEST(SetUpCheck, SlowTellsEveryOrderOfTagsInSeveralRows) {
   for (const TagPlaces places : {TagPlaces::kFloor, TagPlaces::kWall, TagPlaces::kCeiling}) {
     for (int i = 1; i < 16; ++i) {
       const CornerOrder order{i % 4, (i & 4) != 0, (i & 8) != 0};
