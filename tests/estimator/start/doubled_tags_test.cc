@@ -31,10 +31,10 @@ TEST(DoubledIds, AreOfTheMapAndApart) {
   EXPECT_THAT(DoubledIds({TagAt(7, 10, 10), TagAt(7, 12, 12, 16)}, map), ElementsAre());
 }
 
-FrameMeasurements Frame(std::vector<int> ids, std::vector<int> doubled = {}) {
+FrameMeasurements Frame(const std::vector<int>& ids, const std::vector<int>& doubled = {}) {
   FrameMeasurements out;
   for (const int id : ids) out.tags.push_back(TagAt(id, 10, 10));
-  out.doubled_ids = std::move(doubled);
+  out.doubled_ids = doubled;
   return out;
 }
 

@@ -35,18 +35,18 @@ BodyState StateAt(double t) {
 
 TEST_P(Gaps, EndWithAStateThatHolds) {
   const auto [rate_hz, gap_s] = GetParam();
-  constexpr double kBefore_s = 2, kAfter_s = 1;
+  constexpr double kBeforeS = 2, kAfterS = 1;
   const EstimatorSetup setup = CourseSetup();
   SlidingWindow window(SetUpOf(setup), setup.options);
-  const auto n = static_cast<int>((kBefore_s + gap_s + kAfter_s) * rate_hz);
-  const auto first_after = static_cast<int>(std::ceil((kBefore_s + gap_s) * rate_hz));
+  const auto n = static_cast<int>((kBeforeS + gap_s + kAfterS) * rate_hz);
+  const auto first_after = static_cast<int>(std::ceil((kBeforeS + gap_s) * rate_hz));
   size_t lagged = 0, waits_most = 0;
   for (int k = 0; k < n; ++k) {
     const double t = k / rate_hz;
     const BodyState truth = StateAt(t);
     FrameMeasurements m;
     m.t_ns = 1'000'000'000 + std::llround(1e9 * t);
-    if (t < kBefore_s || k >= first_after) {
+    if (t < kBeforeS || k >= first_after) {
       m.tags =
           SeeTags(setup.map, setup.camera, setup.cam_from_body * Inverse(truth.world_from_body),
                   0.2, static_cast<unsigned>(k));
