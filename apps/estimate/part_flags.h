@@ -1,5 +1,5 @@
 #pragma once
-#include "apps/estimate/estimate_flags.h"
+#include "apps/estimate/estimate_job.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "apps/estimate/estimate_flags.h"
+#include "apps/estimate/estimate_job.h"
 #include "estimator/publish/publisher.h"
 
 namespace tagtwist::internal {

@@ -2,6 +2,7 @@
 # glog and gflags in /usr/include, so link lists alone do not stop an include. Every fault is told.
 
 cmake_minimum_required(VERSION 3.22)
+get_filename_component(ROOT "${ROOT}" ABSOLUTE)
 
 # room | rooms that it may use, and all that those may use | libraries beside the standard one and Eigen
 # A file belongs to the room with the longest name that leads to it.

@@ -12,8 +12,8 @@ def function(name, lines):
 
 
 CASES = {
-    "a good tree": ({"a.cc": function("A", 60), **{f"f{i}.cc": function(f"F{i}", 30) for i in range(29)}}, None),
-    "files of a folder": ({f"f{i}.cc": "" for i in range(31)}, "31 files"),
+    "a good tree": ({"a.cc": function("A", 60), **{f"f{i}.cc": function(f"F{i}", 30) for i in range(24)}}, None),
+    "files of a folder": ({f"f{i}.cc": "" for i in range(26)}, "26 files"),
     "lines of a file": ({"a.cc": "\n" * 301}, "301 lines"),
     "lines of a function": ({"a.cc": function("Long", 61), "b.cc": "".join(function(f"F{i}", 5) for i in range(40))},
                             "Long has 61 lines"),

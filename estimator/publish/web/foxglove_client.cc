@@ -20,9 +20,9 @@ std::optional<uint32_t> IdOf(const Json& json) {
 }
 
 const Json& Member(const Json& object, const char* key) {
-  static const Json kNone;
+  static const Json none;
   const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() ? *found : kNone;
+  return object.is_object() && found != object.end() ? *found : none;
 }
 
 template <typename Number>

@@ -128,9 +128,8 @@ class AsioWebServer : public WebServer {
         ++n_connections_;
         std::make_shared<HttpConnection>(
             std::move(socket), HttpConnection::Site{&rules_, options_.page, options_.foxglove},
-            [this](SessionPtr session, const WebSession::Request& request, bool is_foxglove) {
-              Upgrade(std::move(session), request, is_foxglove);
-            },
+            [this](const SessionPtr& session, const WebSession::Request& request,
+                   bool is_foxglove) { Upgrade(session, request, is_foxglove); },
             [this] { --n_connections_; })
             ->Start();
       }
@@ -147,7 +146,7 @@ class AsioWebServer : public WebServer {
     });
   }
 
-  void Upgrade(SessionPtr session, const WebSession::Request& request, bool is_foxglove) {
+  void Upgrade(const SessionPtr& session, const WebSession::Request& request, bool is_foxglove) {
     const auto raw = session.get();
     const std::weak_ptr<WebSession> weak = session;
     WebSession::Events events;

@@ -53,7 +53,7 @@ std::optional<StampUnit> StampUnitOf(const std::string& unit) {
 
 // Names that a vector's first component goes by; the others end in the other letters.
 const std::map<std::string, std::vector<std::string>>& Stems() {
-  static const std::map<std::string, std::vector<std::string>> kStems = {
+  static const std::map<std::string, std::vector<std::string>> stems = {
       {"position",
        {"", "t", "p", "p_", "t_", "pos_", "position_", "pose_position_", "pose_pose_position_",
         "transform_translation_", "translation_", "p_rs_r_"}},
@@ -62,7 +62,7 @@ const std::map<std::string, std::vector<std::string>>& Stems() {
         "pose_pose_orientation_", "transform_rotation_", "rotation_", "q_rs_"}},
       {"velocity", {"v#_world", "v", "v_", "v_rs_r_"}},
       {"rate", {"w#_body", "w", "w_", "w_rs_s_"}}};
-  return kStems;
+  return stems;
 }
 
 std::string Component(const std::string& stem, char axis) {

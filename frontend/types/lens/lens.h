@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "frontend/types/camera.h"
+#include "frontend/types/lens/by_coefficients.h"
 
 namespace tagtwist::internal {
 
@@ -15,7 +16,6 @@ struct LensCoefficient {
 };
 /// Those of a model, in the order in which files list them.
 const std::vector<LensCoefficient>& LensCoefficients(LensModel model);
-constexpr int kMostLensCoefficients = 8;
 
 /// A model's name in files: radtan, equidistant, ds, eucm, omni, fov.
 const char* LensName(LensModel model);
@@ -29,8 +29,6 @@ bool Distort(const Camera& camera, const Eigen::Vector2d& normalised, Eigen::Vec
 std::optional<Eigen::Vector2d> Undistort(const Camera& camera, const Eigen::Vector2d& distorted);
 
 /// Derivatives of the distorted coordinates by the coefficients, for coordinates that Distort has.
-using ByCoefficients =
-    Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMostLensCoefficients>;
 ByCoefficients DistortedByCoefficients(const Camera& camera, const Eigen::Vector2d& normalised);
 
 /// The rule that a coefficient breaks.

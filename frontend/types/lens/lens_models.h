@@ -1,5 +1,9 @@
 #pragma once
-#include "frontend/types/lens/lens.h"
+#include <Eigen/Core>
+#include <optional>
+
+#include "frontend/types/camera.h"
+#include "frontend/types/lens/by_coefficients.h"
 
 namespace tagtwist::internal {
 

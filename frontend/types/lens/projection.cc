@@ -1,10 +1,9 @@
-#include "frontend/types/camera.h"
-
 #include <Eigen/LU>
 #include <cmath>
 #include <utility>
 
 #include "frontend/base/number_text.h"
+#include "frontend/types/camera.h"
 #include "frontend/types/lens/lens.h"
 
 namespace tagtwist {
