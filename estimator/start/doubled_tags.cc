@@ -11,12 +11,20 @@ void DoubledTags::History::AddRight() {
   in_a_row = 0;
 }
 
-bool DoubledTags::History::AddWrong() {
-  constexpr int kInARow = 5, kLeast = 8, kOneIn = 4;
+void DoubledTags::History::AddWrong() {
   ++seen;
   ++wrong;
   ++in_a_row;
-  return in_a_row >= kInARow || (wrong >= kLeast && kOneIn * wrong >= seen);
+}
+
+bool DoubledTags::History::IsRun() const {
+  constexpr int kInARow = 5;
+  return in_a_row >= kInARow;
+}
+
+bool DoubledTags::History::IsOften() const {
+  constexpr int kLeast = 8, kOneIn = 4;
+  return wrong >= kLeast && kOneIn * wrong >= seen;
 }
 
 // Only what was wrong once is counted: a frame costs as much as there are such tags.
@@ -29,13 +37,16 @@ bool DoubledTags::Add(const FrameMeasurements& measurement) {
   }
   bool tells = false;
   for (const int id : doubled) {
-    if (doubled_[id].AddWrong() && left_out_.insert(id).second) tells = true;
+    History& history = doubled_[id];
+    history.AddWrong();
+    if ((history.IsRun() || history.IsOften()) && left_out_.insert(id).second) tells = true;
   }
   return tells;
 }
 
-void DoubledTags::AddSolved(const std::vector<int>& used, const std::vector<int>& elsewhere) {
-  constexpr int kOften = 5;
+void DoubledTags::AddSolved(const std::vector<int>& used, const std::vector<Elsewhere>& elsewhere) {
+  constexpr int kOften = 5, kNear = 90;
+  ++frames_;
   for (const int id : used) {
     if (used.size() > 1) ++agreed_[id];
     const auto known = moved_.find(id);
@@ -44,8 +55,14 @@ void DoubledTags::AddSolved(const std::vector<int>& used, const std::vector<int>
   const bool is_known = used.size() > 1 || (used.size() == 1 && agreed_.count(used[0]) > 0 &&
                                             agreed_[used[0]] >= kOften);
   if (!is_known) return;
-  for (const int id : elsewhere) {
-    if (moved_[id].AddWrong()) left_out_.insert(id);
+  for (const auto& [id, shift_m, size_m] : elsewhere) {
+    History& history = moved_[id];
+    const bool is_there = (shift_m - history.place_m).norm() < size_m;
+    if (!is_there || frames_ - history.last > kNear) history.in_a_row = 0;
+    history.last = frames_;
+    history.place_m = shift_m;
+    history.AddWrong();
+    if (history.IsRun()) left_out_.insert(id);
   }
 }
 

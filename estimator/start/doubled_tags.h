@@ -1,4 +1,6 @@
 #pragma once
+#include <Eigen/Core>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -8,19 +10,25 @@
 
 namespace tagtwist::internal {
 
-/// Ids of the map that more than one tag has: seen at two places of one frame, or elsewhere than
-/// the tags beside it say, in five frames running of those that show it, or in a quarter of them,
-/// eight at least, since the first. A lone one of the two may be either, and would put the body
-/// surely elsewhere: none is used any more. A phantom that has a true tag's id in a frame now and
-/// then takes nothing from that tag.
+/// Ids of the map that more than one tag has: seen at two places of one frame, in five frames
+/// running of those that show it, or in a quarter of them, eight at least, since the first; or seen
+/// elsewhere than the tags beside it say, at one place, in five frames, each within ninety of the
+/// one before. A lone one of the two may be either, and would put the body surely elsewhere: none
+/// is used any more. Phantoms that have a tag's id now and then take nothing from that tag.
 class DoubledTags {
  public:
   /// The next frame. True where it told of an id that is left out from now on.
   bool Add(const FrameMeasurements& measurement);
-  /// What a frame's solution was made with, and the ids that it shows elsewhere. These count where
+  /// A tag that is not where the map has it: its centre, on the map's plane of it.
+  struct Elsewhere {
+    int id = -1;
+    Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();
+    double size_m = 0;  // of its side
+  };
+  /// What a frame's solution was made with, and the tags that it shows elsewhere. These count where
   /// two were used, or one that has agreed with another in five frames: of two that never agree
   /// nobody knows which is right.
-  void AddSolved(const std::vector<int>& used, const std::vector<int>& elsewhere);
+  void AddSolved(const std::vector<int>& used, const std::vector<Elsewhere>& elsewhere);
   /// Whether tags have ever agreed with one another.
   bool any_agreed() const { return !agreed_.empty(); }
   bool IsLeftOut(int id) const { return left_out_.count(id) > 0; }
@@ -32,14 +40,19 @@ class DoubledTags {
 
  private:
   struct History {
-    int seen = 0, wrong = 0;  // frames
-    int in_a_row = 0;         // wrong, the latest that showed it
+    int seen = 0, wrong = 0;                            // frames
+    int in_a_row = 0;                                   // wrong, the latest that showed it
+    int64_t last = 0;                                   // wrong one, counted among all frames,
+    Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  // and where it was
 
     void AddRight();
-    bool AddWrong();  // true where that is a rule
+    void AddWrong();
+    bool IsRun() const;
+    bool IsOften() const;
   };
   std::map<int, History> doubled_, moved_;  // by id
   std::map<int, int> agreed_;               // in frames
+  int64_t frames_ = 0;                      // with a solution
   std::set<int> left_out_;
 };
 

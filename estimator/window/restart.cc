@@ -107,7 +107,8 @@ std::optional<PoseMeasurement> FixedLagSmoother::OutOfReach(const FrameMeasureme
 void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
   if (hypotheses_.size() != 1) return;
   const GraphFrame& frame = hypotheses_[0].input.frames.back();
-  std::vector<int> used, elsewhere;
+  std::vector<int> used;
+  std::vector<DoubledTags::Elsewhere> elsewhere;
   for (const TagDetection& tag : frame.tags) {
     used.push_back(tag.id);
     if (alone_since_restart_ != tag.id) alone_since_restart_.reset();
@@ -117,7 +118,9 @@ void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
       if (std::count(used.begin(), used.end(), tag.id) > 0) continue;
       const auto judged = JudgeTag(setup_, frame.state.world_from_body, tag);
       const double size_m = setup_.map.Find(tag.id)->size_m;
-      if (!judged || judged->shift_m.norm() > size_m) elsewhere.push_back(tag.id);
+      if (judged && judged->shift_m.norm() > size_m) {
+        elsewhere.push_back({tag.id, judged->shift_m, size_m});
+      }
     }
   }
   doubled_.AddSolved(used, elsewhere);

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "estimator/batch/batch.h"
 #include "frontend/tags/filter_tags.h"
 #include "tests/support/flights/exact_model.h"
@@ -59,12 +61,20 @@ TEST(DoubledTags, ARuleIsLeftOutAndToldAnAccidentIsNot) {
 TEST(DoubledTags, WhatLiesElsewhereThanTagsThatAgreedIsLeftOut) {
   DoubledTags tags, unknown;
   for (int i = 0; i < 10; ++i) tags.AddSolved({1, 2}, {});
-  for (int i = 0; i < 6; ++i) tags.AddSolved({2}, {1});
+  const DoubledTags::Elsewhere there{1, {0.5, 0.3}, 0.15};
+  for (int i = 0; i < 6; ++i) tags.AddSolved({2}, {there});
   EXPECT_TRUE(tags.IsLeftOut(1));
   EXPECT_FALSE(tags.IsLeftOut(2));
   EXPECT_THAT(tags.Warnings()[0], HasSubstr("tag 1 is seen elsewhere"));
+  // Phantoms under the id of a tag that is out of view.
+  DoubledTags phantoms;
+  for (int i = 0; i < 1000; ++i) {
+    const DoubledTags::Elsewhere phantom{3, {std::sin(i), std::cos(i)}, 0.15};
+    phantoms.AddSolved({1, 2}, std::vector<DoubledTags::Elsewhere>(i % 10 == 0, phantom));
+  }
+  EXPECT_FALSE(phantoms.any());
   // Two that never agreed: nobody knows which is right.
-  for (int i = 0; i < 50; ++i) unknown.AddSolved({2}, {1});
+  for (int i = 0; i < 50; ++i) unknown.AddSolved({2}, {there});
   EXPECT_FALSE(unknown.any());
 }
 
