@@ -98,6 +98,20 @@ TEST_P(QuadraticChainTest, EndsWhereTheGraphDoesBesideWrongTagsAndAGap) {
   ExpectSameAsGraph(&chain, c, other);
 }
 
+// Of a frame that was solved for, all tags may turn out to be wrong.
+TEST_P(QuadraticChainTest, EndsWhereTheGraphDoesWithTheTagsOfFramesTakenAway) {
+  Case c(GetParam());
+  QuadraticChain chain = c.Chain();
+  ExpectSameAsGraph(&chain, c, c.noise);
+  for (const int k : {0, 20, 21}) {
+    c.input.frames[static_cast<size_t>(k)].tags.clear();
+    chain.ReplaceFactorsOfPose(k, {});
+  }
+  NoiseModel other = c.noise;
+  other.corner_sigma_px *= 0.4;
+  ExpectSameAsGraph(&chain, c, other);
+}
+
 TEST_P(QuadraticChainTest, EndsWhereTheGraphDoesWithCovariancesOfTheCornersOwn) {
   Case c(GetParam());
   c.GiveCornersCovariances();
