@@ -55,7 +55,7 @@ TagMap WithSizes(const TagMap& map, double factor) {
   return TagMap(map.family(), tags);
 }
 
-TEST(SetUpCheck, RightRecordingsPass) {
+TEST(SetUpCheck, SlowRightRecordingsPass) {
   for (const TagPlaces places : kAllPlaces) {
     for (unsigned seed = 1; seed <= 25; ++seed) {
       TagViews views = DrawViews(places, seed, seed % 3 == 0 ? 0.8 : 0.2);
@@ -119,7 +119,7 @@ TEST(SetUpCheck, NamesArucosOrder) {
               HasSubstr("ArUco's order (top-left, top-right, bottom-right, bottom-left)"));
 }
 
-TEST(SetUpCheck, TellsTheFactorOfAllSizes) {
+TEST(SetUpCheck, SlowTellsTheFactorOfAllSizes) {
   for (const TagPlaces places : {TagPlaces::kRow, TagPlaces::kFloor, TagPlaces::kRoom}) {
     for (unsigned seed = 1; seed <= 5; ++seed) {
       const TagViews views = DrawViews(places, seed);

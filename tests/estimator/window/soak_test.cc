@@ -20,7 +20,7 @@ std::string Text(const SoakScore& score) {
   return out;
 }
 
-TEST(Soak, NoFrameEndsTheRunAndFewAreSurelyWrong) {
+TEST(Soak, SlowNoFrameEndsTheRunAndFewAreSurelyWrong) {
   constexpr int kFrames = 6000;
   SoakFlight flight(1);
   SlidingWindow window(SetUpOf(flight.setup()), flight.setup().options);
