@@ -23,7 +23,6 @@ bool PoseForm::Linearize(const Graph& graph, LinearFactor* scratch) {
   is_stale = is_robust = is_partial = false;
   form = {};
   squared_norms.assign(factors.size(), 0);
-  information = 0;
   if (factors.empty()) return true;
   const Factor& first = graph.factors[factors.front()];
   form.reference = graph.states[static_cast<size_t>(first.blocks.front().index)].pose;
@@ -43,7 +42,6 @@ bool PoseForm::Linearize(const Graph& graph, LinearFactor* scratch) {
 }
 
 double PoseForm::Scale(const Graph& graph) const {
-  if (factors.empty()) return 1;  // they were taken away, and it is stale
   return information > 0 ? graph.factors[factors.front()].information / information : 1;
 }
 

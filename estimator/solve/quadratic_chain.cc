@@ -92,7 +92,7 @@ void QuadraticChain::ChangeFactors(const std::function<void(const Graph&, Factor
 void QuadraticChain::ReplaceFactorsOfPose(int state, std::vector<Factor> factors) {
   PoseForm& form = forms_[static_cast<size_t>(state)];
   Erase(form.factors, &graph_.factors);
-  form.is_stale = true;
+  form = {};  // of no factor, should none come
   AddFactors(std::move(factors));
 }
 

@@ -109,13 +109,7 @@ TEST_P(QuadraticChainTest, EndsWhereTheGraphDoesWithTheTagsOfFramesTakenAway) {
   }
   NoiseModel other = c.noise;
   other.corner_sigma_px *= 0.4;
-  chain.ChangeFactors([&](const Graph& graph, Factor* factor) {
-    SetNoise(c.setup, other, c.input, graph, factor);
-  });
-  const auto of_chain = chain.Solve({50}, {});
-  const auto of_graph = SolveAndInvert(c.setup, other, c.input, {50});
-  ASSERT_TRUE(of_chain && of_graph);
-  EXPECT_NEAR(of_chain->cost, of_graph->cost, 1e-7 * of_graph->cost);
+  ExpectSameAsGraph(&chain, c, other);
 }
 
 TEST_P(QuadraticChainTest, EndsWhereTheGraphDoesWithCovariancesOfTheCornersOwn) {
