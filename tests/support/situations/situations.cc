@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <random>
 
 #include "frontend/tags/filter_tags.h"
@@ -79,13 +78,7 @@ struct Motion {
                  {0.05 + x * turn.x(), 0.04 + x * turn.y(), 0});
   }
   BodyState StateAt(double t) const {
-    constexpr double kDt = 1e-5;
-    const Pose before = At(t - kDt), after = At(t + kDt);
-    BodyState out;
-    out.world_from_body = At(t);
-    out.twist.v_world = (after.translation() - before.translation()) / (2 * kDt);
-    out.twist.omega_body = LogSo3(before.rotation().conjugate() * after.rotation()) / (2 * kDt);
-    return out;
+    return StateAlong([this](double at) { return At(at); }, t);
   }
 };
 
@@ -116,6 +109,16 @@ void MakeTwin(double t, bool apart, const std::vector<int>& ids, const Estimator
 }
 
 }  // namespace
+
+BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t) {
+  constexpr double kDt = 1e-5;
+  const Pose before = pose_at(t - kDt), after = pose_at(t + kDt);
+  BodyState out;
+  out.world_from_body = pose_at(t);
+  out.twist.v_world = (after.translation() - before.translation()) / (2 * kDt);
+  out.twist.omega_body = LogSo3(before.rotation().conjugate() * after.rotation()) / (2 * kDt);
+  return out;
+}
 
 std::string NameOf(Situation situation) {
   const char* const names[] = {"smooth",  "rest",      "take-off", "trapezoid", "stop and go",

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -6,6 +7,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
+#include "frontend/types/pose.h"
 
 namespace tagtwist::internal {
 
@@ -37,6 +39,9 @@ struct SituationDraw {
   size_t judged_from = 0;  // until then nobody can know what stamps mean
 };
 SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz = 30);
+
+/// The state at a time [s] of a body whose pose is known at any; the twist by differences.
+BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t);
 
 /// How an estimate of it is off.
 struct SituationScore {

@@ -100,13 +100,7 @@ Pose SoakFlight::PoseAt(double t) const {
 }
 
 BodyState SoakFlight::StateAt(double t) const {
-  constexpr double kDt = 1e-5;
-  const Pose before = PoseAt(t - kDt), after = PoseAt(t + kDt);
-  BodyState out;
-  out.world_from_body = PoseAt(t);
-  out.twist.v_world = (after.translation() - before.translation()) / (2 * kDt);
-  out.twist.omega_body = LogSo3(before.rotation().conjugate() * after.rotation()) / (2 * kDt);
-  return out;
+  return StateAlong([this](double at) { return PoseAt(at); }, t);
 }
 
 std::vector<TagDetection> SoakFlight::See(const Pose& world_from_body) {
