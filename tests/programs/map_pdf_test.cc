@@ -71,7 +71,7 @@ class MapPdf : public testing::Test {
         (in_map.row(0).cwiseProduct(on_page.row(1)) - in_map.row(1).cwiseProduct(on_page.row(0)))
             .sum();
     const double turn = std::atan2(cross, dot);
-    const Eigen::Matrix2Xd off = Eigen::Rotation2Dd(turn) * in_map - on_page;
+    const Eigen::Matrix2Xd off = Eigen::Rotation2Dd(turn).toRotationMatrix() * in_map - on_page;
     EXPECT_LT(off.colwise().norm().maxCoeff(), 0.1) << "mm";
     EXPECT_NEAR(turn, 0, 1e-3) << "pages stand upright";
   }
