@@ -77,7 +77,7 @@ TEST(SingleTag, WindowKeepsTheRightMinimum) {
   }
 }
 
-TEST(SingleTag, BatchKeepsTheRightMinimum) {
+TEST(SingleTag, SlowBatchKeepsTheRightMinimum) {
   const Flight flight = FlyOverOneTag(1.2, 0.15, 4);
   const auto result = RunBatch(CourseSetUp(), {}, flight.measurements);
   ASSERT_TRUE(result) << result.error().message;

@@ -123,7 +123,7 @@ void ExpectHonest(const Tally& tally) {
 }
 
 TEST(CutTags, AtTheImagesBorder) { ExpectHonest(CutAtBorders({3, 0.5}, 20)); }
-TEST(CutTags, AtTheImagesBorderTilted) {
+TEST(CutTags, SlowAtTheImagesBorderTilted) {
   ExpectHonest(CutAtBorders({3, 0.7, 0, 0.2, "agile"}, 20));
 }
 

@@ -74,7 +74,7 @@ Eigen::Vector2d PositionAndVelocityRmse(const std::vector<Step>& steps, size_t f
   return (sum / static_cast<double>(steps.size() - first)).cwiseSqrt();
 }
 
-TEST(TagFollower, AsAccurateAsSearchingEveryImage) {
+TEST(TagFollower, SlowAsAccurateAsSearchingEveryImage) {
   const auto guided = Follow(Agile(), true), full = Follow(Agile(), false);
   const Eigen::Vector2d ratio =
       PositionAndVelocityRmse(guided, 20).cwiseQuotient(PositionAndVelocityRmse(full, 20));
@@ -162,7 +162,7 @@ TEST(TagFollower, AsManyTagsAsThereIsTimeFor) {
   EXPECT_GT(hurried, 30);
 }
 
-TEST(TagFollower, ATimeThatSufficesChangesNothing) {
+TEST(TagFollower, SlowATimeThatSufficesChangesNothing) {
   const auto in_time = Follow(Agile(), true, 1000000), unbounded = Follow(Agile(), true);
   const Eigen::Vector2d ratio =
       PositionAndVelocityRmse(in_time, 20).cwiseQuotient(PositionAndVelocityRmse(unbounded, 20));

@@ -85,7 +85,7 @@ TEST_F(SlowEstimateProgram, AGapInTheTagsIsBridgedOnTracks) {
   EXPECT_LT(summary["accuracy"]["optimised"]["position_rmse_m"].get<double>(), 5e-3);
 }
 
-TEST_F(EstimateProgram, WrongIdsAreSurvived) {
+TEST_F(EstimateProgram, SlowWrongIdsAreSurvived) {
   Simulate("flight", {"--images=false", "--duration", "3", "--wrong_id_fraction", "0.05"});
   const auto faulty = Estimate("faulty", {"--dataset", "flight", "--use_detections"});
   Simulate("clean", {"--images=false", "--duration", "3"});
@@ -111,7 +111,7 @@ std::string CourseWithMovedTag(int id, double x, double y) {
   return out.str();
 }
 
-TEST_F(EstimateProgram, ADisplacedTagIsNamedAndSurvived) {
+TEST_F(EstimateProgram, SlowADisplacedTagIsNamedAndSurvived) {
   std::ofstream(Path("moved.yaml")) << CourseWithMovedTag(41, 0.032, 0.024);
   Simulate("moved", {"--images=false", "--trajectory", "hover", "--duration", "3", "--config",
                      "moved.yaml", "--wrong_id_fraction", "0.05"});
@@ -166,7 +166,7 @@ TEST_F(EstimateProgram, TagsThatTheMapLacksAreAddedAndMovableOnesPassedOver) {
 
 // The tilt over one tag seen face-on is felt only weakly: a window whose motion prior grows too
 // stiff, or whose solver only overshoots, loses the attitude within seconds.
-TEST_F(EstimateProgram, WindowHoldsTheAttitudeOverASingleTag) {
+TEST_F(EstimateProgram, SlowWindowHoldsTheAttitudeOverASingleTag) {
   const std::string course = ReadText(kSource + "/configs/course.yaml");
   std::ofstream(Path("one.yaml")) << course.substr(0, course.find("tag_map:"))
                                   << "tag_map:\n  tags:\n    - {id: 54, size_m: 0.152, "

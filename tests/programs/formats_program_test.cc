@@ -178,7 +178,7 @@ TEST_F(RecordingFormats, ImagesNamedByStampsAreTheSameFlight) {
   ExpectRefused({"--dataset", "rec/images"}, "names are numbers, not stamps");
 }
 
-TEST_F(RecordingFormats, AVideoIsTheSameFlight) {
+TEST_F(RecordingFormats, SlowAVideoIsTheSameFlight) {
   const auto folder = Estimate({"--dataset", "rec"});
   WriteVideo(folder_ / "flight.mkv");
   WriteVideo(folder_ / "flight.avi");
@@ -194,7 +194,7 @@ TEST_F(RecordingFormats, AVideoIsTheSameFlight) {
 }
 
 // Tracks left out of a calibration, which takes none, are not left out of what comes after it.
-TEST_F(FormatsProgram, ACalibrationWithoutTracksIsFlownWithThem) {
+TEST_F(FormatsProgram, SlowACalibrationWithoutTracksIsFlownWithThem) {
   RunWell("tagtwist_simulate", {"--config", "mount.yaml", "--output", "rec", "--images=false",
                                 "--duration", "2", "--rate", "20"});
   for (const std::string given : {"true", "false"}) {

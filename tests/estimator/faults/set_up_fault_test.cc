@@ -88,7 +88,7 @@ TEST(SetUpFault, NamesAWrongFocalLength) {
   EXPECT_THAT(FaultOf(seen), HasSubstr("0.50 times the calibration's 622 px"));
 }
 
-TEST(SetUpFault, NamesAnotherResolution) {
+TEST(SetUpFault, SlowNamesAnotherResolution) {
   for (const char* flight : {"figure8", "agile", "circle"}) {
     Seen seen = Fly(flight, 0.2, 5);
     for (double* value : {&seen.camera.fx, &seen.camera.fy, &seen.camera.cx, &seen.camera.cy}) {
@@ -105,13 +105,13 @@ TEST(SetUpFault, NamesAShiftedImage) {
   EXPECT_THAT(FaultOf(seen), HasSubstr("cropped or shifted"));
 }
 
-TEST(SetUpFault, NamesADistortionThatIsMissing) {
+TEST(SetUpFault, SlowNamesADistortionThatIsMissing) {
   Seen seen = Fly("figure8", 0.2, 5, Bent());
   seen.camera = Camera();
   EXPECT_THAT(FaultOf(seen), HasSubstr("where the calibration has no distortion"));
 }
 
-TEST(SetUpFault, NamesSizesWithTheirBorder) {
+TEST(SetUpFault, SlowNamesSizesWithTheirBorder) {
   for (const char* flight : {"figure8", "hover"}) {
     Seen seen = Fly(flight, 0.2, 5);
     std::vector<Tag> tags = seen.map.tags();
@@ -137,7 +137,7 @@ TEST(SetUpFault, NamesARollingShutter) {
 }
 
 // Both ways of it: one gap for both sides, and distances from centre to centre for gaps.
-TEST(SetUpFault, NamesGaps) {
+TEST(SetUpFault, SlowNamesGaps) {
   TagGrid grid;
   Seen seen = Fly("figure8", 0.2, 5);
   for (double& gap_m : grid.column_gaps_m) gap_m *= 1.4;
