@@ -110,11 +110,11 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
                                   RunOptions options, DataSource* source, ResultContext* context,
                                   std::string* lost) {
   TagSample sample;
-  if (job.write_detections) context->detections_csv = DetectionsWithCovariancesHeader();
+  if (job.write_detections) context->detections_csv = MeasuredTagsHeader();
   options.on_measurements = [&](const FrameMeasurements& frame) {
     sample.Add(frame);
     if (!job.write_detections) return;
-    context->detections_csv += FormatDetectionsWithCovariances(frame.t_ns, frame.tags);
+    context->detections_csv += FormatMeasuredTags(frame.t_ns, frame.tags, frame.doubled_ids);
   };
   const bool goes_out = !job.stream.empty() || job.publish.IsAsked();
   auto run = goes_out ? RunAndPublish(job, source, config, options, lost)

@@ -46,7 +46,7 @@ Status MeasurePiece(const EstimateJob& job, const Config& config) {
   if (!corners) return corners.error();
   if (auto written = WritePiece(job.output, piece, *corners); !written) return written;
   std::cout << Format("frames %zu to %zu of %zu: ", piece.from, piece.to - 1, piece.frames)
-            << std::count(corners->begin(), corners->end(), '\n') - 1 << " tags, in " << job.output
+            << std::count(corners->begin(), corners->end(), '\n') - 1 << " rows, in " << job.output
             << "/detections.csv\n";
   return Ok();
 }
@@ -59,7 +59,7 @@ Status AddPieces(const EstimateJob& job, const Config& config, const DataSource&
   if (!tags) return tags.error();
   for (const auto& [t_ns, of_frame] : *tags) {
     if (std::binary_search(stamps_ns.begin(), stamps_ns.end(), t_ns)) continue;
-    return Error{job.pieces + ": has " + std::to_string(of_frame.size()) + " tags at " +
+    return Error{job.pieces + ": has " + std::to_string(of_frame.tags.size()) + " tags at " +
                  FormatSeconds(t_ns) + " s, where " + job.dataset + " has no frame"};
   }
   options->measured = std::make_shared<const MeasuredTags>(std::move(*tags));

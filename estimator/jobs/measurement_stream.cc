@@ -19,6 +19,21 @@ Result<std::optional<Frame>> NextFrame(DataSource* source, const Camera& camera)
   return frame;
 }
 
+namespace {
+
+// Ids that a frame's own detections double, and those that it tells of besides.
+std::vector<int> DoubledIdsOf(const Frame& frame, const TagMap& map) {
+  std::vector<int> out = DoubledIds(frame.detections, map);
+  for (const int id : frame.doubled_ids) {
+    if (map.Find(id) != nullptr) out.push_back(id);
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+}  // namespace
+
 void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
   times->detect_ms.push_back(frame.detect_ms);
   times->track_ms.push_back(frame.track_ms);
@@ -58,7 +73,10 @@ SearchedFrame MeasurementStream::Detect(Frame frame, const TagDetector& detector
   SearchedFrame out;
   if (shared.measured != nullptr) {
     const auto tags = shared.measured->find(frame.t_ns);
-    if (tags != shared.measured->end()) out.tags = tags->second;
+    if (tags != shared.measured->end()) {
+      out.tags = tags->second.tags;
+      out.doubled_ids = tags->second.doubled_ids;
+    }
     out.frame = std::move(frame);
     return out;
   }
@@ -66,7 +84,7 @@ SearchedFrame MeasurementStream::Detect(Frame frame, const TagDetector& detector
                                          config.set_up.rig.front().camera, options.border_px)
                             : FindTags(frame.image, detector, shared.refiner, config.set_up.map,
                                        config.set_up.rig.front().camera, options, &out.doubled_ids);
-  if (use_detections) out.doubled_ids = DoubledIds(frame.detections, config.set_up.map);
+  if (use_detections) out.doubled_ids = DoubledIdsOf(frame, config.set_up.map);
   out.frame = std::move(frame);
   out.detect_ms = watch.ElapsedMs();
   return out;

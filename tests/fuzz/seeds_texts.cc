@@ -49,12 +49,12 @@ std::vector<FuzzSeed> TableSeeds() {
     out.push_back({"detections_" + name, rows});
     out.push_back({"imu_" + name, FormatImuCsv(recording.imu, unit)});
   }
-  std::string rows = DetectionsWithCovariancesHeader();
+  std::string rows = MeasuredTagsHeader();
   for (FrameToWrite frame : recording.frames) {
     for (TagDetection& tag : frame.detections) {
       tag.covariance = 0.01 * Eigen::Matrix<double, 8, 8>::Identity();
     }
-    rows += FormatDetectionsWithCovariances(frame.t_ns, frame.detections);
+    rows += FormatMeasuredTags(frame.t_ns, frame.detections, {3, 7});
   }
   out.push_back({"detections_with_covariances", rows});
   return out;

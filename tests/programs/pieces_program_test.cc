@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
@@ -34,9 +36,19 @@ class PiecesProgram : public testing::Test {
     return RunProgram(folder_->path(), "tagtwist_estimate", arguments);
   }
   static ProgramRun Measure(const std::string& from, const std::string& to,
-                            const std::string& output) {
-    return Run(
-        {"--dataset", "rec", "--only_detections", "--from", from, "--to", to, "--output", output});
+                            const std::string& output, const std::string& dataset = "rec") {
+    return Run({"--dataset", dataset, "--only_detections", "--from", from, "--to", to, "--output",
+                output});
+  }
+  // A recording whose images show the tags of their right third in the left one, too.
+  static void MakeTwins(const std::string& name) {
+    MakeRecording(folder_->path(), name, DatasetFormat::kFolder, true);
+    for (const auto& entry : std::filesystem::directory_iterator(*folder_ / (name + "/images"))) {
+      cv::Mat image = cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE);
+      const int third = image.cols / 3;
+      image.colRange(image.cols - third, image.cols).copyTo(image.colRange(0, third));
+      ASSERT_TRUE(cv::imwrite(entry.path().string(), image));
+    }
   }
   // The refusal of a run with these pieces, which leaves no results.
   static std::string RefusalOf(const std::string& pieces, Arguments more = {}) {
@@ -66,6 +78,35 @@ TEST_F(PiecesProgram, JoinedIsTheSameBytesAsAtOnce) {
               ReadText(*folder_ / ("once/" + std::string(name))))
         << name;
     EXPECT_FALSE(ReadText(*folder_ / ("once/" + std::string(name))).empty()) << name;
+  }
+}
+
+// A tag that one frame shows twice is told, and left out, only by who knows of every such frame.
+TEST_F(PiecesProgram, TellOfIdsThatTwoTagsHave) {
+  MakeTwins("twins");
+  Measure("0", "3", "halves/0", "twins");
+  Measure("3", "100%", "halves/1", "twins");
+  const Arguments all = {"--dataset", "twins", "--write_detections"};
+  const auto run_with = [&](Arguments more) {
+    more.insert(more.end(), all.begin(), all.end());
+    return Run(more);
+  };
+  const ProgramRun once = run_with({"--tracks=false", "--output", "twins_once"});
+  ASSERT_EQ(once.status, 0) << once.err;
+  ASSERT_THAT(once.err, HasSubstr("is seen at two places at once in 6 frames"));
+  const ProgramRun joined =
+      run_with({"--tracks=false", "--pieces", "halves", "--output", "twins_joined"});
+  EXPECT_EQ(joined.err, once.err);
+  std::filesystem::create_directories(*folder_ / "corners");
+  std::filesystem::copy(*folder_ / "twins_once/detections.csv", *folder_ / "corners");
+  const ProgramRun again = Run({"--dataset", "corners", "--use_detections", "--write_detections",
+                                "--output", "twins_again"});
+  EXPECT_EQ(again.err, once.err);
+  for (const char* name : {"joined/states.csv", "joined/detections.csv", "again/detections.csv"}) {
+    const std::string of_once =
+        "twins_once" + std::string(name).substr(std::string(name).find('/'));
+    EXPECT_EQ(ReadText(*folder_ / ("twins_" + std::string(name))), ReadText(*folder_ / of_once))
+        << name;
   }
 }
 

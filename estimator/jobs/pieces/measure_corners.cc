@@ -19,12 +19,12 @@ Result<std::string> MeasureCorners(DataSource* source, const Config& config, int
   if (!stream) return stream.error();
   std::optional<Progress> bar;
   if (progress) bar.emplace("measuring", source->stamps_ns().size());
-  std::string out = DetectionsWithCovariancesHeader();
+  std::string out = MeasuredTagsHeader();
   for (size_t frames = 1;; ++frames) {
     auto found = stream->NextDetected();
     if (!found) return found.error();
     if (!*found) return out;
-    out += FormatDetectionsWithCovariances((*found)->frame.t_ns, (*found)->tags);
+    out += FormatMeasuredTags((*found)->frame.t_ns, (*found)->tags, (*found)->doubled_ids);
     if (bar) bar->Update(frames);
   }
 }

@@ -95,7 +95,9 @@ Status CheckCover(const std::string& folder, std::vector<PlacedPiece> pieces, si
 Status AddCorners(const fs::path& folder, MeasuredTags* out) {
   auto rows = ReadDetectionsCsv((folder / "detections.csv").string(), TimeUnit::kSeconds);
   if (!rows) return rows.error();
-  for (StampedDetections& stamped : *rows) (*out)[stamped.t_ns] = std::move(stamped.tags);
+  for (StampedDetections& stamped : *rows) {
+    (*out)[stamped.t_ns] = {std::move(stamped.tags), std::move(stamped.doubled_ids)};
+  }
   return Ok();
 }
 

@@ -22,6 +22,7 @@ struct Frame {
   cv::Mat image;              // 8-bit gray; empty when not asked for, or bad
   std::string image_problem;  // why the image is empty though it was asked for: "cannot decode"
   std::vector<TagDetection> detections;  // the data set's own corners; only with use_detections
+  std::vector<int> doubled_ids = {};     // FrameMeasurements::doubled_ids, as it tells them besides
 };
 
 struct DataSourceOptions {

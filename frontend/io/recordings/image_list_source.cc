@@ -25,6 +25,7 @@ class ImageListSource : public DataSource {
     frame.t_ns = list_.stamps_ns[next_++];
     frame.name = listed.name;
     frame.detections = std::move(listed.detections);
+    frame.doubled_ids = std::move(listed.doubled_ids);
     if (!options_.read_images) return std::optional<Frame>(std::move(frame));
     if (listed.image_path.empty()) {
       if (!options_.use_detections) frame.image_problem = "no image file is named";
@@ -92,7 +93,8 @@ ImageList ListFromDetections(std::vector<StampedDetections> detections, const st
   ImageList list;
   for (StampedDetections& rows : detections) {
     list.stamps_ns.push_back(rows.t_ns);
-    list.frames.push_back({path + ":" + std::to_string(rows.line), "", std::move(rows.tags)});
+    list.frames.push_back({path + ":" + std::to_string(rows.line), "", std::move(rows.tags),
+                           std::move(rows.doubled_ids)});
   }
   return list;
 }
@@ -106,8 +108,9 @@ Status AttachDetections(std::vector<StampedDetections> detections, const std::st
       return Error{path + ":" + std::to_string(rows.line) + ": stamp " + FormatSeconds(rows.t_ns) +
                    " s is no frame's"};
     }
-    auto& tags = list->frames[nearest].detections;
+    auto& [name, image_path, tags, doubled_ids] = list->frames[nearest];
     tags.insert(tags.end(), rows.tags.begin(), rows.tags.end());
+    doubled_ids.insert(doubled_ids.end(), rows.doubled_ids.begin(), rows.doubled_ids.end());
   }
   return Ok();
 }

@@ -12,6 +12,7 @@ struct ListedFrame {
   std::string name;        // the image's path; else the place of its row
   std::string image_path;  // empty: no image
   std::vector<TagDetection> detections;
+  std::vector<int> doubled_ids = {};  // Frame::doubled_ids
 };
 
 /// All of a recording but its images.
