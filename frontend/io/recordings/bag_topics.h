@@ -1,8 +1,10 @@
 #pragma once
+#include <set>
 #include <string>
 #include <vector>
 
 #include "frontend/base/result.h"
+#include "frontend/types/body_state.h"
 
 namespace tagtwist::internal {
 
@@ -13,11 +15,37 @@ Result<std::string> ChooseImageTopic(const std::vector<std::string>& topics,
 
 /// Where a bag's ground truth comes from.
 struct TruthTopic {
-  std::string name;  // empty: none is taken
-  std::string note;  // what a person must know of it; empty: nothing
+  std::string name;        // empty: none is taken
+  std::string note;        // what a person must know of it; empty: nothing
+  std::string child = {};  // of a topic of transforms the frame that is taken; empty: it has poses
+
+  std::string Origin() const;  // in words; empty where none is taken
 };
-/// The wanted topic, else the only one. Several and none wanted: none, and a note that lists them.
-Result<TruthTopic> ChooseTruthTopic(const std::vector<std::string>& topics,
-                                    const std::string& wanted);
+/// The wanted topic, else the only one of `topics`, which have poses. Several and none wanted:
+/// none, and a note that lists them. TOPIC:CHILD is wanted of `trees`, the topics of transforms;
+/// where they are all there is a note says so.
+Result<TruthTopic> ChooseTruth(const std::vector<std::string>& topics,
+                               const std::vector<std::string>& trees, const std::string& wanted);
+
+/// One transform of a message: a frame's pose in its parent, whatever that is.
+struct FrameTransform {
+  std::string child;
+  TruthSample sample;
+};
+
+/// The transforms of one frame out of messages with many.
+class TransformsOfFrame {
+ public:
+  explicit TransformsOfFrame(TruthTopic topic);
+  /// Of the next message. Stamps that do not grow are passed over.
+  void Add(const std::vector<FrameTransform>& transforms);
+  /// An error where the frame has none: the frames that have.
+  Result<std::vector<TruthSample>> Take();
+
+ private:
+  TruthTopic topic_;
+  std::set<std::string> children_;
+  std::vector<TruthSample> taken_;
+};
 
 }  // namespace tagtwist::internal

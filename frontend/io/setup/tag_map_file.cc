@@ -88,6 +88,38 @@ Pose ReadAxisAnglePose(const YamlValue* node, YamlSection* parent) {
   return MakePose(ExpSo3(rotation), position);
 }
 
+// The tags of a board of a body of TagSLAM's, row by row; the board's origin is the centre of its
+// first tag, its pose, where it has one, is body to board.
+Status AddTagSlamBoard(const YamlValue& board, const Pose& world_from_body,
+                       std::vector<Tag>* tags) {
+  YamlSection section(board);
+  int first_id = 0, rows = 0, columns = 0;
+  double size_m = 0, spacing = 0;
+  section.Require("tag_start_id", &first_id);
+  section.Require("tag_size", &size_m);
+  section.Require("tag_spacing", &spacing);
+  section.Require("tag_rows", &rows);
+  section.Require("tag_columns", &columns);
+  const Pose board_from_body = ReadAxisAnglePose(section.Find("pose"), &section);
+  if (Status status = section.FirstFault(); !status) return status;
+  if (rows < 1 || columns < 1 || rows > kMostTags / columns) {
+    return board.Refuse("tag_rows and tag_columns >= 1, and fewer tags");
+  }
+  if (first_id < 0 || first_id > kMostTags) return board.Refuse("tag_start_id >= 0, and a tag's");
+  if (!(size_m > 0) || !(spacing >= 0)) {
+    return board.Refuse("tag_size > 0 [m] and tag_spacing >= 0, a share of it");
+  }
+  const double step_m = size_m * (1 + spacing);
+  for (int i = 0; i < rows * columns; ++i) {
+    const Eigen::Vector3d centre(i % columns * step_m, i / columns * step_m, 0);
+    tags->push_back({first_id + i,
+                     world_from_body * Inverse(board_from_body) *
+                         MakePose(Eigen::Quaterniond::Identity(), centre),
+                     size_m});
+  }
+  return Ok();
+}
+
 Status ReadTagSlamBody(const YamlValue& body, std::vector<Tag>* tags) {
   YamlSection section(body);
   bool is_static = false;
@@ -96,18 +128,21 @@ Status ReadTagSlamBody(const YamlValue& body, std::vector<Tag>* tags) {
   section("default_tag_size", default_size_m);
   const YamlValue* list = section.Find("tags");
   const YamlValue* board = section.Find("board");
-  if (is_static && board != nullptr) {
-    return board->Refuse("its tags in a list `tags`: boards are not read");
-  }
-  if (!is_static || list == nullptr) return section.FirstFault();
+  if (!is_static || (list == nullptr && board == nullptr)) return section.FirstFault();
   if (section.Find("pose") == nullptr) {
     return body.Refuse(
         "a pose, got none (TagSLAM would estimate it): give it, or leave the body out "
         "and let --map_unknown_tags place its tags");
   }
   const Pose world_from_body = ReadAxisAnglePose(section.Find("pose"), &section);
-  if (list->kind != YamlValue::Kind::kList) section.Keep(list->Refuse("a list of tags"));
+  if (list != nullptr && list->kind != YamlValue::Kind::kList) {
+    section.Keep(list->Refuse("a list of tags"));
+  }
   if (Status status = section.FirstFault(); !status) return status;
+  if (board != nullptr) {
+    if (Status status = AddTagSlamBoard(*board, world_from_body, tags); !status) return status;
+  }
+  if (list == nullptr) return Ok();
   for (const YamlValue& item : list->items) {
     YamlSection of_tag(item);
     Tag tag;

@@ -14,6 +14,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "frontend/io/recordings/data_source.h"
+#include "tests/support/formats/ros1_transforms.h"
 #include "tests/support/formats/ros2_flight.h"
 #include "tests/support/program_test_util.h"
 #include "tests/support/test_files.h"
@@ -258,6 +259,41 @@ TEST_F(Bag, DamageIsRefusedInOneLine) {
     EXPECT_THAT(refusal, HasSubstr("x.bag: a damaged bag")) << bytes;
     EXPECT_EQ(refusal.find('\n'), std::string::npos);
   }
+}
+
+// Transforms are truth where one of their frames is asked for; else a note says how.
+TEST_F(Bag, TransformsOfAFrameAreTruth) {
+  bag_.open(folder_ / "x.bag", rosbag::bagmode::Write);
+  for (const Frame& frame : frames_) Write("/cam0/image_raw", Raw(frame));
+  for (const TruthSample& sample : original_->ground_truth()) {
+    Ros1Transforms message{std::vector<geometry_msgs::TransformStamped>(2)};
+    for (geometry_msgs::TransformStamped& transform : message.transforms) {
+      transform.header.stamp = ToRos(sample.t_ns);
+      transform.transform.rotation.w = 1;
+    }
+    message.transforms[0].child_frame_id = "map",
+    message.transforms[1].child_frame_id = "base_link";
+    Set(Eigen::Vector3d(sample.world_from_body.translation()),
+        &message.transforms[1].transform.translation);
+    bag_.write("/tf", ToRos(sample.t_ns) + ros::Duration(0.005), message);
+  }
+  bag_.close();
+  const auto untold = OpenDataSource(folder_ / "x.bag", {});
+  ASSERT_TRUE(untold && (*untold)->ground_truth().empty());
+  EXPECT_THAT((*untold)->notes(), testing::ElementsAre(HasSubstr("--truth_topic /tf:CHILD")));
+  DataSourceOptions options;
+  options.truth_topic = "/tf:base_link";
+  const auto source = OpenDataSource(folder_ / "x.bag", options);
+  ASSERT_TRUE(source) << source.error().message;
+  EXPECT_EQ((*source)->truth_origin(), "transforms of base_link on /tf");
+  ASSERT_EQ((*source)->ground_truth().size(), original_->ground_truth().size());
+  EXPECT_EQ((*source)->ground_truth()[3].world_from_body.translation(),
+            original_->ground_truth()[3].world_from_body.translation());
+  options.truth_topic = "/tf:base";
+  EXPECT_THAT(Refusal(options),
+              HasSubstr("no transform of base on /tf: expected one of base_link"));
+  options.truth_topic = "/tf";
+  EXPECT_THAT(Refusal(options), HasSubstr("--truth_topic /tf:CHILD takes those of a frame"));
 }
 
 }  // namespace

@@ -138,7 +138,8 @@ TEST_F(Ros2Bags, AHostileMessageIsABadImage) {
   EXPECT_EQ((*frame)->image_problem, "cannot decode");
 }
 
-// Corners of both detectors' messages; apriltag's count pixels from their edges.
+// Corners of both detectors' messages: apriltag's count pixels from their edges, from the bottom
+// left against the clock; isaac_ros' begin at the top left and run with the clock.
 TEST_F(Ros2Bags, DetectionsOfEitherDetectorAreTags) {
   for (const bool isaac : {false, true}) {
     std::vector<Message> messages;
@@ -150,7 +151,7 @@ TEST_F(Ros2Bags, DetectionsOfEitherDetectorAreTags) {
         if (!isaac) out << int32_t{0} << 1.0F << 2.0F;
         out.Zeros(isaac ? 3 : 2);
         for (int corner = 0; corner < 4; ++corner) {
-          out << 100.5 + corner << 50.5 + i;
+          out << 100.5 + (isaac ? 3 - corner : corner) << 50.5 + i;
           if (isaac) out << 0.0;
         }
         if (isaac) out.Header(10 + 0.1 * i).Zeros(7 + 36);

@@ -53,6 +53,37 @@ TEST(TagMapFile, WpilibAndTagSlamGiveTheSameMapAsOurOwn) {
   ExpectSameMap(*tagslam, *own);
 }
 
+// TagSLAM's board: row by row from the centre of its first tag, and where that is in the body.
+TEST(TagMapFile, TagSlamBoardIsItsTags) {
+  const auto with = [](const std::string& board) {
+    return Read(
+        "bodies:\n- sheet:\n    is_static: true\n    pose:\n      position: {x: 1, y: 2, z: "
+        "3}\n      rotation: {x: 0, y: 0, z: 1.5707963267948966}\n    board: {" +
+        board + "}\n");
+  };
+  const std::string numbers =
+      "tag_start_id: 6, tag_size: 0.2, tag_spacing: 0.5, tag_rows: 2, tag_columns: 3";
+  const auto map = with(numbers);
+  ASSERT_TRUE(map) << map.error().message;
+  ASSERT_EQ(map->tags().size(), 6u);
+  EXPECT_LT((map->Find(6)->world_from_tag.translation() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+  EXPECT_LT((map->Find(11)->world_from_tag.translation() - Eigen::Vector3d(0.7, 2.6, 3)).norm(),
+            1e-12);
+  const auto placed =
+      with(numbers + ", pose: {position: {x: 0.1, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0}}");
+  ASSERT_TRUE(placed) << placed.error().message;
+  EXPECT_LT((placed->Find(6)->world_from_tag.translation() - Eigen::Vector3d(1, 1.9, 3)).norm(),
+            1e-12);
+  EXPECT_THAT(with("tag_size: 0.2").error().message, HasSubstr("board.tag_start_id: expected a"));
+  for (const auto& [good, bad] : std::vector<std::pair<std::string, std::string>>{
+           {"tag_rows: 2", "tag_rows: 0"},
+           {"tag_columns: 3", "tag_columns: 99999999"},
+           {"tag_size: 0.2", "tag_size: -1"},
+           {"tag_start_id: 6", "tag_start_id: 2147483647"}}) {
+    EXPECT_FALSE(with(Replaced(numbers, good, bad))) << bad;
+  }
+}
+
 TEST(TagMapFile, BendLiftsTwoCornersAndIsWrittenWhereThereIsOne) {
   const auto bent = Read(Replaced(kOwnMap, "[0.1, 0.1, 0]}", "[0.1, 0.1, 0], bend_m: -0.0123}"));
   ASSERT_TRUE(bent) << bent.error().message;

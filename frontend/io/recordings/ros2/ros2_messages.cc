@@ -144,14 +144,14 @@ TagDetection TakeApriltag(Reader* reader) {
   return tag;
 }
 
-// isaac_ros: points of three numbers, pixel centres at integers, and a pose. Whether the corners
-// begin where ours do is looked at like anyone's.
+// isaac_ros: points of three numbers, pixel centres at integers, and a pose. Its node turns the
+// order of VPI's corners, which is apriltag's, round: top left first, with the clock as printed.
 TagDetection TakeIsaacTag(Reader* reader) {
   TagDetection tag;
   reader->TakeText();  // family
   tag.id = reader->Take<int32_t>();
   reader->Skip(3);  // centre
-  for (Eigen::Vector2d& corner : tag.corners) corner = reader->TakeVector().head<2>();
+  for (size_t corner = 4; corner-- > 0;) tag.corners[corner] = reader->TakeVector().head<2>();
   reader->TakeHeader();
   reader->Skip(7 + 36);  // pose and covariance
   return tag;
@@ -202,9 +202,8 @@ Result<TruthSample> ReadRos2Pose(const std::string& type, const tagtwist::intern
   return ReadMessage<TruthSample>(data, [&](Reader* reader) { return TakePose(reader, type); });
 }
 
-Result<std::vector<std::pair<std::string, TruthSample>>> ReadRos2Transforms(
-    const tagtwist::internal::Cdr& data) {
-  using Transforms = std::vector<std::pair<std::string, TruthSample>>;
+Result<std::vector<FrameTransform>> ReadRos2Transforms(const tagtwist::internal::Cdr& data) {
+  using Transforms = std::vector<FrameTransform>;
   return ReadMessage<Transforms>(data, [](Reader* reader) -> Result<Transforms> {
     Transforms out;
     const uint32_t count = reader->TakeLength();
@@ -212,7 +211,7 @@ Result<std::vector<std::pair<std::string, TruthSample>>> ReadRos2Transforms(
       const int64_t t_ns = reader->TakeHeader();
       const std::string child = reader->TakeText();
       const auto pose = PoseFromNumbers(reader->TakePose());
-      if (pose) out.emplace_back(child, TruthSample{t_ns, *pose, {}});
+      if (pose) out.push_back({child, {t_ns, *pose, {}}});
     }
     return out;
   });

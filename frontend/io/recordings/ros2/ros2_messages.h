@@ -3,10 +3,10 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "frontend/base/result.h"
+#include "frontend/io/recordings/bag_topics.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
@@ -33,7 +33,7 @@ Result<ImuSample> ReadRos2Imu(const Cdr& data);
 /// Likewise; a twist, which Odometry tells in the body, comes out as v_world and omega_body.
 Result<TruthSample> ReadRos2Pose(const std::string& type, const Cdr& data);
 /// Of a TFMessage each child's name with its pose in its parent. Those without a pose are left out.
-Result<std::vector<std::pair<std::string, TruthSample>>> ReadRos2Transforms(const Cdr& data);
+Result<std::vector<FrameTransform>> ReadRos2Transforms(const Cdr& data);
 /// Corners p1..p4 (bottom left first), pixel centres at integers.
 Result<std::vector<TagDetection>> ReadRos2Tags(const std::string& type, const Cdr& data);
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <set>
 #include <utility>
 
 #include "frontend/io/recordings/bag_topics.h"
@@ -111,7 +110,7 @@ class Ros2Source : public DataSource {
   const std::vector<TruthSample>& ground_truth() const override { return truth_; }
   const std::vector<ImuSample>& imu() const override { return imu_; }
   const std::vector<std::string>& notes() const override { return notes_; }
-  std::string truth_origin() const override { return truth_topic_; }
+  std::string truth_origin() const override { return truth_origin_; }
 
  private:
   std::string NameOf(size_t index) const {
@@ -189,50 +188,31 @@ class Ros2Source : public DataSource {
   }
 
   Status ReadTruth() {
-    const Names trees = Ros2TopicsThat(bags_, IsRos2Transforms);
-    const size_t colon = options_.truth_topic.find(':');
-    if (colon != std::string::npos) return ReadTransforms(trees, colon);
-    const auto chosen = ChooseTruthTopic(Ros2TopicsThat(bags_, IsRos2Pose), options_.truth_topic);
-    if (!chosen) return Error{path_ + ": " + chosen.error().message};
-    if (!chosen->note.empty()) notes_.push_back(path_ + ": " + chosen->note);
-    if (chosen->name.empty() && chosen->note.empty() && !trees.empty()) {
-      notes_.push_back(path_ + ": no topic has poses; of the transforms on " + trees.front() +
-                       " --truth_topic " + trees.front() + ":CHILD takes those of a frame");
-    }
-    if (chosen->name.empty()) return Ok();
-    truth_topic_ = "topic " + chosen->name;
+    const auto truth = ChooseTruth(Ros2TopicsThat(bags_, IsRos2Pose),
+                                   Ros2TopicsThat(bags_, IsRos2Transforms), options_.truth_topic);
+    if (!truth) return Error{path_ + ": " + truth.error().message};
+    if (!truth->note.empty()) notes_.push_back(path_ + ": " + truth->note);
+    truth_origin_ = truth->Origin();
+    if (truth->name.empty()) return Ok();
+    if (!truth->child.empty()) return ReadTransforms(*truth);
     return ReadSamples<TruthSample>(
-        chosen->name,
+        truth->name,
         [](const Ros2Typed& typed) { return ReadRos2Pose(typed.type, typed.message.data); },
         &truth_);
   }
 
-  // --truth_topic TOPIC:CHILD: the transforms of that frame, whatever its parent.
-  Status ReadTransforms(const Names& trees, size_t colon) {
-    const std::string topic = options_.truth_topic.substr(0, colon);
-    const std::string child = options_.truth_topic.substr(colon + 1);
-    if (std::find(trees.begin(), trees.end(), topic) == trees.end()) {
-      return Error{path_ + ": no transforms on the topic " + topic};
-    }
-    std::set<std::string> children;
-    for (Ros2TopicReader reader(bags_, topic);;) {
-      auto message = reader.Next();
+  Status ReadTransforms(const TruthTopic& topic) {
+    TransformsOfFrame transforms(topic);
+    for (Ros2TopicReader reader(bags_, topic.name);;) {
+      const auto message = reader.Next();
       if (!message) return message.error();
       if (!*message) break;
-      const auto all = ReadRos2Transforms((*message)->message.data);
-      for (size_t i = 0; all && i < all->size(); ++i) {
-        const auto& [name, sample] = (*all)[i];
-        children.insert(name);
-        const bool grows = truth_.empty() || sample.t_ns > truth_.back().t_ns;
-        if (name == child && grows) truth_.push_back(sample);
-      }
+      if (const auto all = ReadRos2Transforms((*message)->message.data)) transforms.Add(*all);
     }
-    truth_topic_ = "transforms of " + child + " on " + topic;
-    if (!truth_.empty()) return Ok();
-    std::string known;
-    for (const std::string& name : children) known += (known.empty() ? "" : ", ") + name;
-    return Error{path_ + ": no transform of " + child + " on " + topic + ": expected one of " +
-                 known};
+    auto taken = transforms.Take();
+    if (!taken) return Error{path_ + ": " + taken.error().message};
+    truth_ = std::move(*taken);
+    return Ok();
   }
 
   Status ReadImu() {
@@ -246,7 +226,7 @@ class Ros2Source : public DataSource {
   std::string path_;
   DataSourceOptions options_;
   Ros2Bags bags_;
-  std::string topic_, truth_topic_;
+  std::string topic_, truth_origin_;
   std::vector<size_t> kept_;  // the frames' messages on the topic
   std::vector<int64_t> stamps_ns_;
   std::vector<TruthSample> truth_;

@@ -1,4 +1,4 @@
-// In place of bag_source.cc where ROS' library is not installed.
+// In place of bag_source.cc and bag_messages.cc where ROS' library is not installed.
 #include "frontend/io/recordings/data_source_kinds.h"
 
 namespace tagtwist::internal {

@@ -1,27 +1,18 @@
 // ROS 1 bags, through ROS' own library. Where it is not installed bag_source_missing.cc stands for
 // this file.
 #include <console_bridge/console.h>
-#include <geometry_msgs/PoseStamped.h>
-#include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <geometry_msgs/TransformStamped.h>
-#include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
-#include <sensor_msgs/CompressedImage.h>
-#include <sensor_msgs/Image.h>
-#include <sensor_msgs/Imu.h>
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "frontend/io/images/image_file.h"
-#include "frontend/io/images/raw_image.h"
-#include "frontend/io/recordings/bag_check.h"
 #include "frontend/io/recordings/bag_topics.h"
 #include "frontend/io/recordings/data_source_kinds.h"
+#include "frontend/io/recordings/ros1/bag_check.h"
+#include "frontend/io/recordings/ros1/bag_messages.h"
 #include "frontend/io/tables/growing_stamps.h"
-#include "frontend/io/trajectories/truth_parts.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -29,11 +20,6 @@ namespace {
 using Topics = std::vector<std::string>;
 
 int64_t ToNs(const ros::Time& time) { return static_cast<int64_t>(time.toNSec()); }
-
-template <typename Message>
-int64_t StampOf(const Message& message) {
-  return ToNs(message.header.stamp);
-}
 
 // Stamps of the messages on a topic: their headers', or, where never set, the arrivals'.
 class Stamps {
@@ -52,14 +38,11 @@ class Stamps {
   std::vector<int64_t> headers_ns_, arrivals_ns_;
 };
 
-template <typename... Messages>
-Topics TopicsOf(const rosbag::Bag& bag) {
+Topics TopicsThat(const rosbag::Bag& bag, bool (*fits)(const std::string&)) {
   Topics out;
   rosbag::View all(bag);
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    const bool fits =
-        ((connection->datatype == ros::message_traits::DataType<Messages>::value()) || ...);
-    if (fits) out.push_back(connection->topic);
+    if (fits(connection->datatype)) out.push_back(connection->topic);
   }
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
@@ -97,64 +80,6 @@ std::vector<Sample> ReadSamples(const rosbag::Bag& bag, const std::string& topic
   return out;
 }
 
-template <typename Vector>
-Eigen::Vector3d ToVector(const Vector& v) {
-  return {v.x, v.y, v.z};
-}
-
-template <typename Position, typename Rotation>
-std::optional<TruthSample> ToTruth(int64_t t_ns, const Position& p, const Rotation& q) {
-  const auto pose = PoseFromNumbers({p.x, p.y, p.z, q.x, q.y, q.z, q.w});
-  if (!pose) return std::nullopt;
-  return TruthSample{t_ns, *pose, {}};
-}
-
-std::optional<TruthSample> ReadTruth(const rosbag::MessageInstance& instance) {
-  if (const auto pose = instance.instantiate<geometry_msgs::PoseStamped>()) {
-    return ToTruth(StampOf(*pose), pose->pose.position, pose->pose.orientation);
-  }
-  if (const auto transform = instance.instantiate<geometry_msgs::TransformStamped>()) {
-    const auto& parts = transform->transform;
-    return ToTruth(StampOf(*transform), parts.translation, parts.rotation);
-  }
-  if (const auto pose = instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
-    return ToTruth(StampOf(*pose), pose->pose.pose.position, pose->pose.pose.orientation);
-  }
-  const auto odometry = instance.instantiate<nav_msgs::Odometry>();
-  if (!odometry) return std::nullopt;
-  const auto& pose = odometry->pose.pose;
-  auto out = ToTruth(StampOf(*odometry), pose.position, pose.orientation);
-  if (!out) return out;
-  // A twist is told in the frame of the child, the body.
-  const auto& twist = odometry->twist.twist;
-  const Eigen::Vector3d v_world = out->world_from_body.rotation() * ToVector(twist.linear);
-  out->twist = Twist{v_world, ToVector(twist.angular)};
-  return out;
-}
-
-std::optional<ImuSample> ReadImu(const rosbag::MessageInstance& instance) {
-  const auto imu = instance.instantiate<sensor_msgs::Imu>();
-  if (!imu) return std::nullopt;
-  ImuSample out{StampOf(*imu), ToVector(imu->linear_acceleration), ToVector(imu->angular_velocity)};
-  if (!out.accel_mps2.allFinite() || !out.gyro_radps.allFinite()) return std::nullopt;
-  return out;
-}
-
-// Error: the whole recording cannot be worked with.
-Result<cv::Mat> ReadImage(const rosbag::MessageInstance& instance, std::string* problem) {
-  Result<cv::Mat> image = cv::Mat();
-  if (const auto raw = instance.instantiate<sensor_msgs::Image>()) {
-    image = GrayFromRaw(
-        {raw->encoding, raw->width, raw->height, raw->step, raw->is_bigendian != 0, &raw->data});
-  } else if (const auto file = instance.instantiate<sensor_msgs::CompressedImage>()) {
-    image = DecodeGrayImage(std::string(file->data.begin(), file->data.end()));
-  }
-  if (image) return image;
-  if (image.error().message.rfind("encoding", 0) == 0) return image;
-  *problem = image.error().message;
-  return cv::Mat();
-}
-
 std::string OneLine(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -173,24 +98,14 @@ class BagSource : public DataSource {
   // May throw.
   Status Open() {
     bag_.open(path_, rosbag::bagmode::Read);
-    const auto chosen = ChooseImageTopic(
-        TopicsOf<sensor_msgs::Image, sensor_msgs::CompressedImage>(bag_), options_.topic);
+    const auto chosen = ChooseImageTopic(TopicsThat(bag_, IsRos1Image), options_.topic);
     if (!chosen) return Error{path_ + ": " + chosen.error().message};
     topic_ = *chosen;
     view_.addQuery(bag_, rosbag::TopicQuery(topic_));
     if (const auto read = ReadStamps(); !read) return read;
-    const Topics imus = TopicsOf<sensor_msgs::Imu>(bag_);
-    if (imus.size() == 1) imu_ = ReadSamples<ImuSample>(bag_, imus.front(), ReadImu, &notes_);
-    const auto truth = ChooseTruthTopic(
-        TopicsOf<geometry_msgs::PoseStamped, geometry_msgs::PoseWithCovarianceStamped,
-                 geometry_msgs::TransformStamped, nav_msgs::Odometry>(bag_),
-        options_.truth_topic);
-    if (!truth) return Error{path_ + ": " + truth.error().message};
-    if (!truth->note.empty()) notes_.push_back(path_ + ": " + truth->note);
-    if (!truth->name.empty()) {
-      truth_ = ReadSamples<TruthSample>(bag_, truth->name, ReadTruth, &notes_);
-      truth_origin_ = "topic " + truth->name;
-    }
+    const Topics imus = TopicsThat(bag_, IsRos1Imu);
+    if (imus.size() == 1) imu_ = ReadSamples<ImuSample>(bag_, imus.front(), ReadRos1Imu, &notes_);
+    if (const auto read = ReadTruth(); !read) return read;
     at_ = view_.begin();
     return Ok();
   }
@@ -205,7 +120,7 @@ class BagSource : public DataSource {
       ++next_;
       ++position_;
       if (options_.read_images) {
-        auto image = ReadImage(*at_, &frame.image_problem);
+        auto image = ReadRos1Image(*at_, &frame.image_problem);
         if (!image) return Error{frame.name + ": " + image.error().message};
         frame.image = std::move(*image);
       }
@@ -229,12 +144,32 @@ class BagSource : public DataSource {
   std::string NameOf(size_t index) const {
     return path_ + ": " + topic_ + ", message " + std::to_string(index);
   }
+  Status ReadTruth() {
+    auto truth = ChooseTruth(TopicsThat(bag_, IsRos1Pose), TopicsThat(bag_, IsRos1Transforms),
+                             options_.truth_topic);
+    if (!truth) return Error{path_ + ": " + truth.error().message};
+    if (!truth->note.empty()) notes_.push_back(path_ + ": " + truth->note);
+    truth_origin_ = truth->Origin();
+    if (truth->name.empty()) return Ok();
+    if (truth->child.empty()) {
+      truth_ = ReadSamples<TruthSample>(bag_, truth->name, ReadRos1Pose, &notes_);
+      return Ok();
+    }
+    TransformsOfFrame transforms(*truth);
+    rosbag::View view(bag_, rosbag::TopicQuery(truth->name));
+    for (const rosbag::MessageInstance& instance : view)
+      transforms.Add(ReadRos1Transforms(instance));
+    auto taken = transforms.Take();
+    if (!taken) return Error{path_ + ": " + taken.error().message};
+    truth_ = std::move(*taken);
+    return Ok();
+  }
   Status ReadStamps() {
     Stamps stamps;
     std::vector<size_t> readable;
     size_t count = 0;
     for (const rosbag::MessageInstance& instance : view_) {
-      if (const auto t_ns = ImageStamp(instance)) {
+      if (const auto t_ns = Ros1ImageStamp(instance)) {
         stamps.Add(*t_ns, instance);
         readable.push_back(count);
       }
@@ -257,14 +192,6 @@ class BagSource : public DataSource {
     }
     return Ok();
   }
-  static std::optional<int64_t> ImageStamp(const rosbag::MessageInstance& instance) {
-    if (const auto raw = instance.instantiate<sensor_msgs::Image>()) {
-      return StampOf(*raw);
-    }
-    const auto file = instance.instantiate<sensor_msgs::CompressedImage>();
-    return file ? std::optional<int64_t>(StampOf(*file)) : std::nullopt;
-  }
-
   std::string path_, topic_, truth_origin_;
   DataSourceOptions options_;
   rosbag::Bag bag_;

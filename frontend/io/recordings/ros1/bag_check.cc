@@ -1,4 +1,4 @@
-#include "frontend/io/recordings/bag_check.h"
+#include "frontend/io/recordings/ros1/bag_check.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
