@@ -172,6 +172,9 @@ void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
         PoseBound(setup_, out->noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
     frame.t_ns = measurements[i].t_ns;
     frame.state = at.state;
+    if (!clock && setup_.options.stamp_sigma_s) {
+      at.covariance += OfClock(at.state, *setup_.options.stamp_sigma_s);
+    }
     out->frames[i] =
         ToFrameEstimate(measurements[i].closed_form, n_tracks_[i], frame, at.covariance);
     out->frames[i].pose_bound = bound;

@@ -45,24 +45,27 @@ std::optional<std::string> CheckNotNegative(const char* name, const std::optiona
 }  // namespace
 
 std::optional<std::string> EstimatorOptions::Problem() const {
-  for (const auto& problem :
-       {CheckPositive("corner_sigma_px", corner_sigma_px),
-        CheckPositive("track_sigma_px", track_sigma_px), CheckPositive("accel_psd", accel_psd),
-        CheckPositive("angular_accel_psd", angular_accel_psd), CheckPositive("jerk_psd", jerk_psd),
-        CheckPositive("angular_jerk_psd", angular_jerk_psd),
-        CheckOneDensity("jerk_psd", jerk_psd, "accel_psd", accel_psd),
-        CheckOneDensity("angular_jerk_psd", angular_jerk_psd, "angular_accel_psd",
-                        angular_accel_psd),
-        CheckDensityOfPrior(*this), CheckAtLeast("max_tracks_per_frame", max_tracks_per_frame, 0),
-        CheckAtLeast("track_segment_frames", track_segment_frames, 2),
-        CheckPositive("robust_scale", robust_scale),
-        CheckAtLeast("window_frames", window_frames, 2),
-        CheckAtLeast("max_iterations", max_iterations, 1),
-        CheckAtLeast("window_iterations", window_iterations, 1),
-        CheckNotNegative("lens_field_sigma_px", lens_field_sigma_px),
-        CheckNotNegative("tag_sigma_m", tag_sigma_m),
-        CheckNotNegative("corner_bias_sigma_px", corner_bias_sigma_px),
-        CheckNotNegative("focal_sigma", focal_sigma)}) {
+  for (const auto& problem : {CheckPositive("corner_sigma_px", corner_sigma_px),
+                              CheckPositive("track_sigma_px", track_sigma_px),
+                              CheckPositive("accel_psd", accel_psd),
+                              CheckPositive("angular_accel_psd", angular_accel_psd),
+                              CheckPositive("jerk_psd", jerk_psd),
+                              CheckPositive("angular_jerk_psd", angular_jerk_psd),
+                              CheckOneDensity("jerk_psd", jerk_psd, "accel_psd", accel_psd),
+                              CheckOneDensity("angular_jerk_psd", angular_jerk_psd,
+                                              "angular_accel_psd", angular_accel_psd),
+                              CheckDensityOfPrior(*this),
+                              CheckAtLeast("max_tracks_per_frame", max_tracks_per_frame, 0),
+                              CheckAtLeast("track_segment_frames", track_segment_frames, 2),
+                              CheckPositive("robust_scale", robust_scale),
+                              CheckAtLeast("window_frames", window_frames, 2),
+                              CheckAtLeast("max_iterations", max_iterations, 1),
+                              CheckAtLeast("window_iterations", window_iterations, 1),
+                              CheckNotNegative("stamp_sigma_s", stamp_sigma_s),
+                              CheckNotNegative("lens_field_sigma_px", lens_field_sigma_px),
+                              CheckNotNegative("tag_sigma_m", tag_sigma_m),
+                              CheckNotNegative("corner_bias_sigma_px", corner_bias_sigma_px),
+                              CheckNotNegative("focal_sigma", focal_sigma)}) {
     if (problem) return problem;
   }
   if (window_frames < track_segment_frames) {

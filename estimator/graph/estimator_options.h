@@ -50,6 +50,7 @@ struct EstimatorOptions {
   std::optional<double> angular_jerk_psd;   // [(rad/s^3)^2/Hz], > 0
   MotionPriorChoice motion_prior = MotionPriorChoice::kAuto;
   ClockChoice clock = ClockChoice::kAuto;
+  std::optional<double> stamp_sigma_s;  // of each frame's stamp where no clock is fitted [s], >= 0
   Solver solver = Solver::kAuto;
   bool systematic_errors = true;  // of lens, map and corners are in the covariance: those given
                                   // below, and in batch, learned, the others
@@ -77,6 +78,7 @@ struct EstimatorOptions {
     visit("angular_jerk_psd", self.angular_jerk_psd);
     visit("motion_prior", self.motion_prior);
     visit("clock", self.clock);
+    visit("stamp_sigma_s", self.stamp_sigma_s);
     visit("solver", self.solver);
     visit("systematic_errors", self.systematic_errors);
     visit("lens_field_sigma_px", self.lens_field_sigma_px);

@@ -6,6 +6,7 @@
 
 #include "estimator/jobs/measurement_stream.h"
 #include "estimator/jobs/recording_walk.h"
+#include "estimator/jobs/stamp_error.h"
 #include "estimator/live/frame_deadline.h"
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/online_estimator.h"
@@ -26,7 +27,7 @@ struct OnlineRun::Impl {
   Impl(const std::string& dataset, DataSource* from, const Config& with_config,
        const RunOptions& with_options)
       : source(from),
-        config(with_config),
+        config(WithStampError(with_config, *from)),
         options(with_options),
         walk(dataset, from->stamps_ns().size(), with_options) {
     out.estimate.mode = EstimateMode::kSlidingWindow;

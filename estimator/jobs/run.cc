@@ -7,6 +7,7 @@
 #include "estimator/jobs/on_threads.h"
 #include "estimator/jobs/online_run.h"
 #include "estimator/jobs/recording_walk.h"
+#include "estimator/jobs/stamp_error.h"
 #include "estimator/live/stopwatch.h"
 
 namespace tagtwist::internal {
@@ -65,8 +66,9 @@ Result<RunResult> RunInWindow(const std::string& dataset, DataSource* source, co
 
 Result<RunResult> RunEstimate(const std::string& dataset, DataSource* source, const Config& config,
                               const RunOptions& options) {
-  return options.sliding_window ? RunInWindow(dataset, source, config, options)
-                                : RunInBatch(dataset, source, config, options);
+  return options.sliding_window
+             ? RunInWindow(dataset, source, config, options)
+             : RunInBatch(dataset, source, WithStampError(config, *source), options);
 }
 
 }  // namespace tagtwist::internal

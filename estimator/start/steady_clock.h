@@ -22,8 +22,8 @@ struct SteadyClock {
 /// steady clock.
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns);
 
-/// Covariance by the clock's own uncertainty, which moves a state along its motion. Accelerations
-/// matter less and are left out.
+/// Covariance by the uncertainty of when a frame was taken, which moves a state along its motion.
+/// Accelerations matter less and are left out.
 StateCovariance OfClock(const BodyState& state, double sigma_s);
 
 /// What a clock does with a recording, in a line.

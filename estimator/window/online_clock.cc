@@ -79,16 +79,25 @@ bool OnlineClock::Judge(double corner_sigma_px, const std::vector<TagDetection>&
   return std::exchange(is_steady_, is_steady) != is_steady;
 }
 
+void OnlineClock::NameOne(int64_t name_ns, FrameEstimate* frame) const {
+  const auto& sigma_s = setup_.options.stamp_sigma_s;
+  if (sigma_s && frame->t_ns == name_ns && frame->status != FrameStatus::kNoFix) {
+    frame->covariance += OfClock(frame->state, *sigma_s);
+  }
+  frame->t_ns = name_ns;
+}
+
 void OnlineClock::NameByStamp(FrameEstimate* current, std::vector<FrameEstimate>* lagged) {
-  if (time_and_name_.empty()) return;
-  if (current != nullptr) current->t_ns = time_and_name_.back().second;
+  if (current != nullptr) {
+    NameOne(time_and_name_.empty() ? current->t_ns : time_and_name_.back().second, current);
+  }
   for (FrameEstimate& frame : *lagged) {
     while (!time_and_name_.empty() && time_and_name_.front().first < frame.t_ns) {
       time_and_name_.pop_front();
     }
-    if (time_and_name_.empty() || time_and_name_.front().first != frame.t_ns) continue;
-    frame.t_ns = time_and_name_.front().second;
-    time_and_name_.pop_front();
+    const bool is_given = !time_and_name_.empty() && time_and_name_.front().first == frame.t_ns;
+    NameOne(is_given ? time_and_name_.front().second : frame.t_ns, &frame);
+    if (is_given) time_and_name_.pop_front();
   }
 }
 

@@ -27,12 +27,14 @@ class OnlineClock {
   /// What the frame's tags say, from a pose near theirs on. True where times are to be taken in
   /// another way from the next frame on.
   bool Judge(double corner_sigma_px, const std::vector<TagDetection>& tags, const Pose& near);
-  /// Names the frames by their stamps again: those that were given a time, in order.
+  /// Names the frames by their stamps again: those that were given a time, in order. What is taken
+  /// at its stamp has the stamps' own error in its covariance from then on.
   void NameByStamp(FrameEstimate* current, std::vector<FrameEstimate>* lagged);
   /// What it does, in a line; nullopt where it does nothing.
   std::optional<std::string> Warning() const;
 
  private:
+  void NameOne(int64_t name_ns, FrameEstimate* frame) const;
   void Fit();
   void Forget();
 

@@ -36,6 +36,7 @@ class RangeSource : public DataSource {
   const std::vector<ImuSample>& imu() const override { return source_->imu(); }
   const std::vector<std::string>& notes() const override { return source_->notes(); }
   std::string truth_origin() const override { return source_->truth_origin(); }
+  double stamp_step_s() const override { return source_->stamp_step_s(); }
 
  private:
   std::unique_ptr<DataSource> source_;

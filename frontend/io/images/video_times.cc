@@ -144,6 +144,7 @@ Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits)
   const Decoder decoder = OpenDecoder(stream, limits);
   if (!decoder) return no_video;
   VideoTimes out;
+  out.step_s = ToHz(stream.time_base);
   out.rate_hz = ToHz(stream.avg_frame_rate);
   if (out.rate_hz == 0) out.rate_hz = ToHz(stream.r_frame_rate);
   if (input->duration > 0) out.duration_s = static_cast<double>(input->duration) / AV_TIME_BASE;
@@ -161,6 +162,21 @@ Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits)
   avcodec_send_packet(decoder.get(), nullptr);
   TakeFrames(decoder.get(), stream, frame.get(), &out);
   return out;
+}
+
+double RoundingOf(const std::vector<int64_t>& stamps_ns, double step_s) {
+  std::vector<int64_t> intervals_ns;
+  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+    intervals_ns.push_back(stamps_ns[i] - stamps_ns[i - 1]);
+  }
+  if (intervals_ns.empty()) return 0;
+  const int64_t shortest_ns = *std::min_element(intervals_ns.begin(), intervals_ns.end());
+  if (shortest_ns <= 0) return step_s;
+  const bool exact = std::all_of(intervals_ns.begin(), intervals_ns.end(), [&](int64_t ns) {
+    const int64_t over_ns = ns % shortest_ns, n = ns / shortest_ns;
+    return std::min(over_ns, shortest_ns - over_ns) <= n + 1;  // nanoseconds are rounded, too
+  });
+  return exact ? 0 : step_s;
 }
 
 Result<RepairedStamps> RepairStamps(const VideoTimes& times) {

@@ -18,6 +18,7 @@ struct VideoTimes {
   int64_t announced_frames = 0;  // by the container's header; 0: it does not say
   double duration_s = 0;         // likewise
   int turn_clockwise_deg = 0;    // a player turns the images by this: 0, 90, 180 or 270
+  double step_s = 0;             // times are whole steps of that
 };
 
 /// Decodes the whole file once (libavformat and libavcodec): only then is it known which frames
@@ -33,6 +34,10 @@ struct RepairedStamps {
   size_t dropped = 0;              // frames whose time repeats or runs backwards
   bool by_rate = false;            // no frame had a time: all are the frame rate's
 };
+
+/// The step that the times are rounded to; 0 where they are whole intervals of the shortest, as
+/// 25 Hz are in milliseconds: those are exact.
+double RoundingOf(const std::vector<int64_t>& stamps_ns, double step_s);
 
 /// Keeps the container's times. A frame without one follows its predecessor by the median interval
 /// of those that have one. `times.rate_hz` is used only where no frame has a time; an error where

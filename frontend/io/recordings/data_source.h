@@ -60,6 +60,9 @@ class DataSource {
   /// Where the ground truth is from: a topic's or a file's name; empty when there is none, or where
   /// the recording's kind has but one place for it.
   virtual std::string truth_origin() const { return ""; }
+  /// Stamps are rounded to whole steps of that, which no clock of the frames is known to keep [s];
+  /// 0: none that anybody knows of.
+  virtual double stamp_step_s() const { return 0; }
 };
 
 /// Opens a course .mat, a ROS 1 bag (where the build has rosbag_storage), a video, an EuRoC/ASL

@@ -29,10 +29,11 @@ Error NoVideo(const std::string& path) {
 class VideoSource : public DataSource {
  public:
   VideoSource(std::string path, const cv::VideoCapture& capture, RepairedStamps stamps,
-              std::vector<std::string> notes)
+              double step_s, std::vector<std::string> notes)
       : path_(std::move(path)),
         capture_(capture),
         stamps_(std::move(stamps)),
+        step_s_(step_s),
         notes_(std::move(notes)) {}
 
   Result<std::optional<Frame>> Next() override {
@@ -66,11 +67,13 @@ class VideoSource : public DataSource {
 
   const std::vector<int64_t>& stamps_ns() const override { return stamps_.stamps_ns; }
   const std::vector<std::string>& notes() const override { return notes_; }
+  double stamp_step_s() const override { return step_s_; }
 
  private:
   std::string path_;
   cv::VideoCapture capture_;
   RepairedStamps stamps_;
+  double step_s_;
   std::vector<std::string> notes_;
   size_t in_file_ = 0, next_ = 0;  // frames of the file, and of those that are kept
   ImageSizeGuard size_guard_;
@@ -127,8 +130,9 @@ Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
     cv::VideoCapture capture;
     if (!OpenVideo(path, &capture)) return NoVideo(path);
     std::vector<std::string> notes = NotesOn(path, *times, *stamps);
+    const double step_s = stamps->by_rate ? 0 : RoundingOf(stamps->stamps_ns, times->step_s);
     return std::unique_ptr<DataSource>(std::make_unique<VideoSource>(
-        path, std::move(capture), std::move(*stamps), std::move(notes)));
+        path, std::move(capture), std::move(*stamps), step_s, std::move(notes)));
   } catch (const cv::Exception&) {
     return NoVideo(path);
   }

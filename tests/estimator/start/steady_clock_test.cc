@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "estimator/batch/batch.h"
+#include "estimator/window/sliding_window.h"
 #include "tests/support/flights/exact_model.h"
 
 namespace tagtwist::internal::steady_clock_test {
@@ -117,6 +119,76 @@ TEST(BatchClock, AJitteredClockIsSeenAndSteadied) {
     plain_at_ticks.push_back(e);
   }
   EXPECT_LT(VelocityRmse(at_ticks, flight.truth), 0.5 * VelocityRmse(plain_at_ticks, flight.truth));
+}
+
+// Frames at no steady rate, stamped up to 1 ms early or late.
+struct Roughly {
+  std::vector<FrameMeasurements> measurements;
+  std::vector<BodyState> truth;  // at the stamps
+};
+Roughly StampRoughly(double half_step_s) {
+  ExactModelOptions model;
+  model.frames = 60;  // then it leaves the mat
+  model.linear = {WhiteNoiseOn::kJerk, 5};
+  model.corner_sigma_px = 0.05;
+  const ExactModelFlight flight = DrawFlight(model);
+  std::mt19937_64 rng(7);
+  std::uniform_real_distribution<double> off_s(-half_step_s, half_step_s);
+  Roughly out;
+  for (size_t i = 0; i < flight.measurements.size(); ++i) {
+    if (i % 7 == 1 || i % 5 == 2) continue;
+    const double late_s = off_s(rng);
+    out.measurements.push_back(flight.measurements[i]);
+    out.measurements.back().t_ns += std::llround(1e9 * late_s);
+    BodyState state = flight.truth[i];
+    const Pose& pose = state.world_from_body;
+    state.world_from_body =
+        MakePose(pose.rotation(), pose.translation() + late_s * state.twist.v_world);
+    out.truth.push_back(state);
+  }
+  return out;
+}
+
+// Of positions, a degree of freedom; `frames` are the first of the truth's.
+double PositionNees(const std::vector<FrameEstimate>& frames, const std::vector<BodyState>& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const Eigen::Vector3d off = Difference(frames[i].state, truth[i]).segment<3>(3);
+    const Eigen::Matrix3d covariance = frames[i].covariance.block<3, 3>(3, 3);
+    sum += off.dot(covariance.ldlt().solve(off)) / 3;
+  }
+  return sum / static_cast<double>(frames.size());
+}
+
+TEST(StampError, ThatNoClockMendsIsInTheCovariance) {
+  const Roughly rough = StampRoughly(0.001);
+  EstimatorOptions options;
+  options.clock = ClockChoice::kStamps;
+  for (const bool is_known : {false, true}) {
+    if (is_known) options.stamp_sigma_s = 0.002 / std::sqrt(12.0);
+    const auto batch = RunBatch(CourseSetUp(), options, rough.measurements);
+    ASSERT_TRUE(batch);
+    SlidingWindow window(CourseSetUp(), options);
+    std::vector<FrameEstimate> newest, lagged;
+    for (const FrameMeasurements& measurement : rough.measurements) {
+      auto output = window.Add(measurement);
+      ASSERT_TRUE(output);
+      newest.push_back(output->current);
+      lagged.insert(lagged.end(), output->lagged.begin(), output->lagged.end());
+    }
+    const std::vector<FrameEstimate> last = window.Finish();
+    lagged.insert(lagged.end(), last.begin(), last.end());
+    for (const std::vector<FrameEstimate>* frames :
+         {&batch->frames, &std::as_const(newest), &std::as_const(lagged)}) {
+      const double nees = PositionNees(*frames, rough.truth);
+      if (is_known) {
+        EXPECT_GT(nees, 0.4);
+        EXPECT_LT(nees, 1.5);
+      } else {
+        EXPECT_GT(nees, 3);
+      }
+    }
+  }
 }
 
 TEST(BatchClock, TrueUnevenStampsAreKept) {

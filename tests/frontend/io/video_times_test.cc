@@ -66,6 +66,14 @@ TEST(VideoTimes, FramesThatDoNotGrowAreDropped) {
   EXPECT_EQ(repaired->dropped, 2U);
 }
 
+TEST(VideoTimes, OfWholeStepsAreOffByTheirRounding) {
+  constexpr int64_t kMs = 1'000'000;
+  EXPECT_EQ(RoundingOf({0, 33 * kMs, 67 * kMs, 100 * kMs}, 1e-3), 1e-3);  // 30 Hz in milliseconds
+  EXPECT_EQ(RoundingOf({0, 40 * kMs, 120 * kMs, 160 * kMs}, 1e-3), 0);    // 25 Hz, one is missing
+  EXPECT_EQ(RoundingOf({0, 33'333'333, 66'666'667, 133'333'333}, 1.0 / 30), 0);
+  EXPECT_EQ(RoundingOf({0}, 1e-3), 0);
+}
+
 TEST(VideoTimes, WithoutAnyTimeTheRateCounts) {
   const auto repaired = RepairStamps({{{}, {}, {}}, 50, 0, 0});
   ASSERT_TRUE(repaired);
