@@ -43,7 +43,8 @@ struct Similarity {
   double scale = 1;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   double spread_m = 0;          // of the estimate: RMS distance from its middle
-  double left = 1;              // RMS that the similarity leaves, over the truth's spread
+  double left = 1;              // RMS that the similarity leaves, over the truth's spread,
+  double rigid_left = 1;        // and what it leaves without its scale
   bool fixes_rotation = false;  // positions are on no line
 };
 
@@ -69,10 +70,11 @@ Similarity FitSimilarity(const Matches& matches) {
   Eigen::Matrix3d sign = Eigen::Matrix3d::Identity();
   if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign(2, 2) = -1;
   out.rotation = svd.matrixU() * sign * svd.matrixV().transpose();
-  out.scale = (svd.singularValues().asDiagonal() * sign).trace() / squares_e;
+  const double common = (svd.singularValues().asDiagonal() * sign).trace();
+  out.scale = common / squares_e;
   out.spread_m = std::sqrt(squares_e / count);
-  const double left = squares_t - out.scale * (svd.singularValues().asDiagonal() * sign).trace();
-  out.left = std::sqrt(std::max(0.0, left) / squares_t);
+  out.left = std::sqrt(std::max(0.0, squares_t - out.scale * common) / squares_t);
+  out.rigid_left = std::sqrt(std::max(0.0, squares_t + squares_e - 2 * common) / squares_t);
   out.fixes_rotation = svd.singularValues()(1) > 1e-3 * svd.singularValues()(0);
   return out;
 }
@@ -80,8 +82,9 @@ Similarity FitSimilarity(const Matches& matches) {
 Found FindUnit(const Similarity& fit) {
   constexpr double kSame = 0.05;
   if (!(fit.spread_m > 0.01 && fit.left < kSame)) return std::nullopt;
-  for (const auto& [scale, unit] : {std::pair(1e3, "millimetres"), std::pair(1e2, "centimetres"),
-                                    std::pair(1e-3, "kilometres")}) {
+  for (const auto& [scale, unit] :
+       {std::pair(1e3, "millimetres"), std::pair(1e2, "centimetres"), std::pair(1e-3, "kilometres"),
+        std::pair(39.3701, "inches"), std::pair(3.28084, "feet")}) {
     if (!(std::abs(fit.scale / scale - 1) < kSame)) continue;
     return Fault{Format("The ground truth moves %.0f times as far as the estimate: it is in %s.",
                         fit.scale, unit),
@@ -119,6 +122,26 @@ Found FindWorld(const Similarity& fit, const Rms& given) {
   return Fault{
       fact + Format(" (%.3f m are left of %.3f m).", fit.left * fit.spread_m, given.position_m),
       "Turn it, or compare with tagtwist_compare --align se3, which judges without it."};
+}
+
+// Positions that are larger by one factor: corners do not tell how large a map is as a whole.
+Found FindScale(const Similarity& fit, const Rms& given) {
+  constexpr double kLeast = 0.008, kMostTurnRad = 0.1;
+  const bool explains = fit.left * fit.spread_m < kExplained * given.position_m &&
+                        fit.left < kExplained * fit.rigid_left;
+  const double angle_rad = std::abs(Eigen::AngleAxisd(fit.rotation).angle());
+  const bool is_turned = fit.fixes_rotation && angle_rad > kMostTurnRad;
+  if (!(fit.spread_m > 0.05 && explains && !is_turned && std::abs(fit.scale - 1) > kLeast)) {
+    return std::nullopt;
+  }
+  const bool is_inches = std::abs(fit.scale / 0.0254 - 1) < 0.05;
+  return Fault{Format("The ground truth moves %.4f times as far as the estimate (%.1f mm are left "
+                      "of %.1f mm).",
+                      fit.scale, 1e3 * fit.left * fit.spread_m, 1e3 * given.position_m),
+               is_inches ? "The map is in inches: give it in metres."
+                         : "Measure the map: if its sizes and gaps are all off by that factor (a "
+                           "sheet printed to fit the page) multiply them by it; else truth's unit "
+                           "or scale is another."};
 }
 
 // The quaternion whose w was taken for its x.
@@ -228,6 +251,7 @@ std::optional<Fault> FindTruthFault(const PoseSeries& estimate,
   if (auto mount = FindMount(matches, cam_from_body, given)) return mount;
   if (auto quaternion = FindQuaternion(matches, given)) return quaternion;
   if (auto world = FindWorld(fit, given)) return world;
+  if (auto scale = FindScale(fit, given)) return scale;
   return FindClock(estimate, truth, max_gap_s, given);
 }
 

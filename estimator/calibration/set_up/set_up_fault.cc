@@ -120,7 +120,11 @@ std::vector<SetUpChange> StartsOf(const FreeChanges& free) {
   for (const double factor : {0.5, 0.7, 1.4, 2.0}) {
     SetUpChange start;
     if (free[0]) start.log_focal = std::log(factor);
-    if (free[1]) start.log_resolution = std::log(factor);
+    if (free[10]) {
+      start.log_squeeze = std::log(factor);
+    } else if (free[1]) {
+      start.log_resolution = std::log(factor);
+    }
     if (free[6]) start.log_size = 0.5 * std::log(factor);
     if (free[4]) start.radial.x() = 0.36 * std::log(factor);  // k1 from -0.25 to 0.25
     if (free[8]) start.log_stretch.setConstant(std::log(factor));

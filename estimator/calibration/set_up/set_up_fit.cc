@@ -19,7 +19,7 @@ using Gradient = Eigen::Matrix<double, kPoseSize + kSetUpChanges, 1>;
 Changes ToVector(const SetUpChange& c) {
   Changes out;
   out << c.log_focal, c.log_resolution, c.centre_px, c.radial, c.log_size, c.line_time_s,
-      c.log_stretch;
+      c.log_stretch, c.log_squeeze;
   return out;
 }
 
@@ -32,6 +32,7 @@ SetUpChange FromVector(const Changes& v) {
   out.log_size = v(6);
   out.line_time_s = v(7);
   out.log_stretch = v.segment<2>(8);
+  out.log_squeeze = v(10);
   return out;
 }
 
@@ -79,7 +80,8 @@ bool Linearise(const Model& model, const PosedFrame& frame, const Pose& cam_from
   const Eigen::Vector2d from_centre = predicted - Eigen::Vector2d(c.cx, c.cy);
   jacobian->col(6) = from_centre;
   const double resolution = std::exp(model.change.log_resolution);
-  jacobian->col(7) = from_centre + resolution * Eigen::Vector2d(model.given.cx, model.given.cy);
+  const double squeezed_cx = resolution * std::exp(model.change.log_squeeze) * model.given.cx;
+  jacobian->col(7) = from_centre + Eigen::Vector2d(squeezed_cx, resolution * model.given.cy);
   jacobian->middleCols<2>(8).setIdentity();
   const Eigen::Vector2d n = in_cam.head<2>() / in_cam.z();
   const Eigen::Vector2d out = n.squaredNorm() * Eigen::Vector2d(c.fx * n.x(), c.fy * n.y());
@@ -89,6 +91,7 @@ bool Linearise(const Model& model, const PosedFrame& frame, const Pose& cam_from
   jacobian->col(13) = by_point * moving;
   jacobian->col(14) = by_world.col(0) * centre.x();
   jacobian->col(15) = by_world.col(1) * centre.y();
+  jacobian->col(16) << from_centre.x() + squeezed_cx, 0;
   return true;
 }
 
@@ -225,9 +228,10 @@ double MedianTag(const Model& model, const std::vector<PosedFrame>& frames,
 Camera Changed(const Camera& camera, const SetUpChange& change) {
   Camera out = camera;
   const double resolution = std::exp(change.log_resolution);
-  out.fx *= resolution * std::exp(change.log_focal);
+  const double squeeze = std::exp(change.log_squeeze);
+  out.fx *= resolution * squeeze * std::exp(change.log_focal);
   out.fy *= resolution * std::exp(change.log_focal);
-  out.cx = resolution * camera.cx + change.centre_px.x();
+  out.cx = resolution * squeeze * camera.cx + change.centre_px.x();
   out.cy = resolution * camera.cy + change.centre_px.y();
   out.k1 += change.radial.x();
   out.k2 += change.radial.y();

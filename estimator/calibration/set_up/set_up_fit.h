@@ -24,8 +24,9 @@ struct SetUpChange {
   double log_size = 0;     // tags about their centres times its exponential
   double line_time_s = 0;  // of a rolling shutter, added
   Eigen::Vector2d log_stretch = Eigen::Vector2d::Zero();  // tags' places along the map's x and y
+  double log_squeeze = 0;  // focal length and centre along the image's x times its exponential
 };
-constexpr size_t kSetUpChanges = 10;  // numbers in a SetUpChange, in its order
+constexpr size_t kSetUpChanges = 11;  // numbers in a SetUpChange, in its order
 /// Which of them are free.
 using FreeChanges = std::array<bool, kSetUpChanges>;
 

@@ -82,6 +82,17 @@ std::optional<Fault> GapWords(const SetUpFit& fit, const Camera&, double least, 
       "between columns along y."};
 }
 
+std::optional<Fault> SqueezeWords(const SetUpFit& fit, const Camera& camera, double least, double) {
+  const double of_y = std::exp(fit.change.log_resolution);
+  const double of_x = of_y * std::exp(fit.change.log_squeeze);
+  if (!IsBetween(std::abs(fit.change.log_squeeze), least * 0.04)) return std::nullopt;
+  return Fault{Format("The corners fit the calibration with its x scaled by %.2f and its y by "
+                      "%.2f (fx %.0f px, fy %.0f): the images are stretched against it.",
+                      of_x, of_y, of_x * camera.fx, of_y * camera.fy),
+               "Multiply fx and cx by the first, fy and cy by the second, or take images of the "
+               "calibration's shape (4:3 is not 16:9)."};
+}
+
 std::optional<Fault> ShutterWords(const SetUpFit& fit, const Camera& camera, double least,
                                   double given_line_time_s) {
   const double readout_ms = 1e3 * fit.change.line_time_s * camera.height;
@@ -103,7 +114,8 @@ const std::vector<SetUpHypothesis>& SetUpHypotheses() {
       {{false, false, false, false, true, true, false, false}, RadialWords},
       {{false, false, false, false, false, false, true, false}, SizeWords},
       {{false, false, false, false, false, false, false, true}, ShutterWords},
-      {{false, false, false, false, false, false, false, false, true, true}, GapWords}};
+      {{false, false, false, false, false, false, false, false, true, true}, GapWords},
+      {{false, true, false, false, false, false, false, false, false, false, true}, SqueezeWords}};
   return all;
 }
 

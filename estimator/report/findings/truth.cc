@@ -188,6 +188,25 @@ void AddFarOff(const Errors& errors, std::vector<Finding>* out) {
                   "It is too short to tell why: look at its clock, its world and its body."});
 }
 
+// Where nothing else is told, though chance is out of the question for many frames, however their
+// errors go together: a fault that grows leaves few blocks to tell it from chance by.
+void AddBeyondChance(const Errors& errors, std::vector<Finding>* out) {
+  constexpr size_t kLeastFrames = 10;
+  constexpr double kFar = 100, kOneIn = 5;  // 10 sigma, in a fifth of the frames
+  std::vector<double> per_dof;
+  for (const FrameError& f : errors.frames) per_dof.push_back(f.nees / errors.dof);
+  const auto far = std::count_if(per_dof.begin(), per_dof.end(), [](double x) { return x > kFar; });
+  if (!out->empty() || per_dof.size() < kLeastFrames ||
+      kOneIn * static_cast<double>(far) < static_cast<double>(per_dof.size())) {
+    return;
+  }
+  out->push_back({Format("In %td of %zu frames the errors are more than %.0f times as large as the "
+                         "covariances say.",
+                         far, per_dof.size(), std::sqrt(kFar)),
+                  "Look how they go with time: truth's clock may run at another rate, its body may "
+                  "slip, or lens, map and mount are not these."});
+}
+
 }  // namespace
 
 std::vector<Finding> TruthFindings(const Estimate& estimate,
@@ -207,6 +226,7 @@ std::vector<Finding> TruthFindings(const Estimate& estimate,
   AddCovariance(errors, &out);
   AddOutliers(errors, &out);
   AddFarOff(errors, &out);
+  AddBeyondChance(errors, &out);
   return out;
 }
 

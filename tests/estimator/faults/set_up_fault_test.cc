@@ -105,6 +105,18 @@ TEST(SetUpFault, NamesAShiftedImage) {
   EXPECT_THAT(FaultOf(seen), HasSubstr("cropped or shifted"));
 }
 
+// As 4:3 shown as 16:9, by either side.
+TEST(SetUpFault, NamesAStretchedImage) {
+  Seen wide = Fly("figure8", 0.2, 5);
+  wide.camera.fx *= 0.75;
+  wide.camera.cx *= 0.75;
+  EXPECT_THAT(FaultOf(wide), HasSubstr("its x scaled by 1.33 and its y by 1.00"));
+  Seen high = Fly("agile", 0.2, 5);
+  high.camera.fy *= 1.2;
+  high.camera.cy *= 1.2;
+  EXPECT_THAT(FaultOf(high), HasSubstr("its x scaled by 1.00 and its y by 0.83"));
+}
+
 TEST(SetUpFault, SlowNamesADistortionThatIsMissing) {
   Seen seen = Fly("figure8", 0.2, 5, Bent());
   seen.camera = Camera();

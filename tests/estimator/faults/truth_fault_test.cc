@@ -81,6 +81,21 @@ TEST(TruthFault, NamesTheUnit) {
   EXPECT_THAT(fault, HasSubstr("in millimetres"));
 }
 
+// A sheet that was printed to fit the page, and a map in inches; a marker beside the body is none.
+TEST(TruthFault, NamesAMapOfAnotherScale) {
+  const auto with = [](double scale) {
+    return FaultOf(TruthWith([&](const Pose& pose) {
+      return MakePose(pose.rotation(), scale * Eigen::Vector3d(pose.translation()));
+    }));
+  };
+  EXPECT_THAT(with(0.97), HasSubstr("The ground truth moves 0.97"));
+  EXPECT_THAT(with(0.0254), HasSubstr("The ground truth moves 0.025"));
+  EXPECT_THAT(FaultOf(TruthWith([](const Pose& pose) {
+                return pose * MakePose(ExpSo3({0, 0, 0}), {0.1, 0.02, 0.1});
+              })),
+              testing::Not(HasSubstr("times as far")));
+}
+
 TEST(TruthFault, NamesQuaternionsWithWFirst) {
   EXPECT_THAT(FaultOf(TruthWith([](const Pose& pose) {
                 const Eigen::Vector4d q = pose.rotation().coeffs();

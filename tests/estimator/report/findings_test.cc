@@ -198,6 +198,23 @@ TEST(Findings, NamesAClockThatIsLate) {
   EXPECT_THAT(run.Text(), HasSubstr("NEES is "));
 }
 
+// Errors that grow for as long as truth lasts are no chance, though few of them are independent.
+TEST(Findings, NamesErrorsThatGrow) {
+  Case run = RunAsConfigured();
+  auto& truth = run.flight.ground_truth;
+  const int64_t first_ns = truth.front().t_ns;
+  truth.erase(std::remove_if(truth.begin(), truth.end(),
+                             [&](const auto& s) { return s.t_ns > first_ns + 4'000'000'000; }),
+              truth.end());
+  for (TruthSample& sample : truth) {
+    const double s = ToSeconds(sample.t_ns - first_ns);
+    const Eigen::Vector3d drift(0.002 * s * s, 0, 0);
+    sample.world_from_body =
+        MakePose(sample.world_from_body.rotation(), sample.world_from_body.translation() + drift);
+  }
+  EXPECT_THAT(run.Text(), HasSubstr("times as large as the covariances say"));
+}
+
 TEST(Findings, NamesAConstantOffset) {
   Case run = RunAsConfigured();
   for (TruthSample& sample : run.flight.ground_truth) {
