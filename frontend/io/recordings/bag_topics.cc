@@ -24,17 +24,35 @@ Error NoSuch(const std::string& what, const std::vector<std::string>& topics,
                DidYouMean(wanted, topics)};
 }
 
+Result<std::string> Choose(const std::string& what, const std::string& flag,
+                           const std::vector<std::string>& topics, const std::string& wanted) {
+  if (wanted.empty()) {
+    if (topics.size() == 1) return topics.front();
+    return Error{"several topics have " + what + ": expected " + flag + ", one of " +
+                 Listed(topics)};
+  }
+  if (Has(topics, wanted)) return wanted;
+  return NoSuch(what, topics, wanted);
+}
+
 }  // namespace
 
 Result<std::string> ChooseImageTopic(const std::vector<std::string>& topics,
                                      const std::string& wanted) {
-  if (topics.empty()) return Error{"no images in the bag"};
-  if (wanted.empty()) {
-    if (topics.size() == 1) return topics.front();
-    return Error{"several topics have images: expected --topic, one of " + Listed(topics)};
+  if (topics.empty()) {
+    return Error{
+        "no images in the bag (sensor_msgs Image or CompressedImage): look what was "
+        "recorded with rosbag info or ros2 bag info"};
   }
-  if (Has(topics, wanted)) return wanted;
-  return NoSuch("images", topics, wanted);
+  return Choose("images", "--topic", topics, wanted);
+}
+
+Result<std::string> ChooseCameraTopic(const std::vector<std::string>& topics,
+                                      const std::string& wanted) {
+  if (topics.empty()) {
+    return Error{"no camera_info in the bag: give the calibration as a file of its own"};
+  }
+  return Choose("camera_info", "--camera", topics, wanted);
 }
 
 namespace {

@@ -13,6 +13,10 @@ namespace tagtwist::internal {
 Result<std::string> ChooseImageTopic(const std::vector<std::string>& topics,
                                      const std::string& wanted);
 
+/// Likewise of those with a camera's calibration, by --camera.
+Result<std::string> ChooseCameraTopic(const std::vector<std::string>& topics,
+                                      const std::string& wanted);
+
 /// Where a bag's ground truth comes from.
 struct TruthTopic {
   std::string name;        // empty: none is taken

@@ -8,6 +8,7 @@
 
 #include "frontend/base/files/input_file.h"
 #include "frontend/base/number_text.h"
+#include "frontend/io/recordings/camera_info.h"
 #include "frontend/io/setup/camera_section.h"
 #include "frontend/io/setup/kalibr_camera.h"
 #include "frontend/io/setup/opencv_xml.h"
@@ -137,6 +138,13 @@ Result<CameraFile> ReadOwn(const YamlValue& node) {
   return out;
 }
 
+Result<CameraFile> ReadCameraOfBag(const std::string& path, const std::string& topic) {
+  auto text = ReadBagCameraInfo(path, topic);
+  if (!text) return text.error();
+  const auto root = ParseYaml(std::move(*text), path);
+  return root ? ReadOpenCvOrRos(*root) : root.error();
+}
+
 // mrcal's models carry what they were made from, as bytes b'...' in which any sign may stand.
 void DropBytes(std::string* text) {
   if (text->find("'lensmodel'") == std::string::npos) return;
@@ -158,6 +166,7 @@ Result<YamlValue> ReadTree(const std::string& path, const Limits& limits) {
 }  // namespace
 
 Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name) {
+  if (IsRosBag(path)) return ReadCameraOfBag(path, name);
   const Result<YamlValue> root = ReadTree(path, {});
   if (!root) return root.error();
   if (const auto of_several = ReadOneOfSeveral(*root, name)) return *of_several;

@@ -7,10 +7,10 @@
 namespace tagtwist::internal {
 
 /// Reads a camera from a calibration (docs/formats.md), told apart by its content: Kalibr
-/// camchain, OpenCV YAML or XML, ROS camera_info, or the section `camera` of a configuration.
-/// `name` chooses among several cameras (cam1); it may be empty where there is but one. Members
-/// that say nothing of the camera are ignored. Other projections than the pinhole and other lenses
-/// than radtan and equidistant are refused.
+/// camchain, OpenCV YAML or XML, ROS camera_info, as text or in a bag, or the section `camera` of a
+/// configuration. `name` chooses among several cameras (cam1) or topics of a bag; it may be empty
+/// where there is but one. Members that say nothing of the camera are ignored. Other projections
+/// than the pinhole and other lenses than radtan and equidistant are refused.
 Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name);
 
 }  // namespace tagtwist::internal

@@ -5,10 +5,12 @@
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/serialization.h>
+#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "frontend/io/images/image_file.h"
@@ -46,6 +48,7 @@ bool IsRos1Image(const std::string& type) {
   return IsOneOf<sensor_msgs::Image, sensor_msgs::CompressedImage>(type);
 }
 bool IsRos1Imu(const std::string& type) { return IsOneOf<sensor_msgs::Imu>(type); }
+bool IsRos1CameraInfo(const std::string& type) { return IsOneOf<sensor_msgs::CameraInfo>(type); }
 bool IsRos1Pose(const std::string& type) {
   return IsOneOf<geometry_msgs::PoseStamped, geometry_msgs::PoseWithCovarianceStamped,
                  geometry_msgs::TransformStamped, nav_msgs::Odometry>(type);
@@ -58,6 +61,24 @@ std::optional<int64_t> Ros1ImageStamp(const rosbag::MessageInstance& instance) {
   if (const auto raw = instance.instantiate<sensor_msgs::Image>()) return StampOf(*raw);
   const auto file = instance.instantiate<sensor_msgs::CompressedImage>();
   return file ? std::optional<int64_t>(StampOf(*file)) : std::nullopt;
+}
+
+std::optional<RosCameraInfo> ReadRos1CameraInfoMessage(const rosbag::MessageInstance& instance) {
+  const auto message = instance.instantiate<sensor_msgs::CameraInfo>();
+  if (!message) return std::nullopt;
+  RosCameraInfo out;
+  out.width = message->width;
+  out.height = message->height;
+  out.distortion_model = message->distortion_model;
+  out.d = message->D;
+  std::copy(message->K.begin(), message->K.end(), out.k.begin());
+  out.binning_x = message->binning_x;
+  out.binning_y = message->binning_y;
+  out.roi_x = message->roi.x_offset;
+  out.roi_y = message->roi.y_offset;
+  out.roi_width = message->roi.width;
+  out.roi_height = message->roi.height;
+  return out;
 }
 
 std::optional<TruthSample> ReadRos1Pose(const rosbag::MessageInstance& instance) {

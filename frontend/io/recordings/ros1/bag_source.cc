@@ -208,6 +208,23 @@ class BagSource : public DataSource {
 
 }  // namespace
 
+Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::string& topic) {
+  if (const auto sound = CheckBagRecords(path); !sound) return sound.error();
+  console_bridge::noOutputHandler();
+  try {
+    const rosbag::Bag bag(path, rosbag::bagmode::Read);
+    const auto chosen = ChooseCameraTopic(TopicsThat(bag, IsRos1CameraInfo), topic);
+    if (!chosen) return Error{path + ": " + chosen.error().message};
+    rosbag::View view(bag, rosbag::TopicQuery(*chosen));
+    for (const rosbag::MessageInstance& instance : view) {
+      if (auto info = ReadRos1CameraInfoMessage(instance)) return std::move(*info);
+    }
+    return Error{path + ": no message on " + *chosen + " decodes"};
+  } catch (const std::exception& fault) {
+    return Damaged(path, fault);
+  }
+}
+
 Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
                                                   const DataSourceOptions& options) {
   if (options.use_detections) return Error{path + ": a bag has no detections to use"};

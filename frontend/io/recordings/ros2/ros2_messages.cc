@@ -169,6 +169,7 @@ bool IsRos2Image(const std::string& type) {
   return type == "sensor_msgs/msg/Image" || type == "sensor_msgs/msg/CompressedImage";
 }
 bool IsRos2Imu(const std::string& type) { return type == "sensor_msgs/msg/Imu"; }
+bool IsRos2CameraInfo(const std::string& type) { return type == "sensor_msgs/msg/CameraInfo"; }
 bool IsRos2Pose(const std::string& type) {
   return type == "geometry_msgs/msg/PoseStamped" ||
          type == "geometry_msgs/msg/PoseWithCovarianceStamped" ||
@@ -182,6 +183,25 @@ bool IsRos2Tags(const std::string& type) {
 Result<cv::Mat> ReadRos2Image(const std::string& type, const tagtwist::internal::Cdr& data) {
   const bool compressed = type == "sensor_msgs/msg/CompressedImage";
   return ReadMessage<cv::Mat>(data, [&](Reader* reader) { return TakeImage(reader, compressed); });
+}
+
+Result<RosCameraInfo> ReadRos2CameraInfoMessage(const tagtwist::internal::Cdr& data) {
+  return ReadMessage<RosCameraInfo>(data, [](Reader* reader) -> Result<RosCameraInfo> {
+    RosCameraInfo out;
+    reader->TakeHeader();
+    out.height = reader->Take<uint32_t>();
+    out.width = reader->Take<uint32_t>();
+    out.distortion_model = reader->TakeText();
+    const uint32_t count = reader->TakeLength();
+    for (uint32_t i = 0; i < count; ++i) out.d.push_back(reader->Take<double>());
+    for (double& value : out.k) value = reader->Take<double>();
+    reader->Skip(9 + 12);  // of the rectified image
+    for (uint32_t* value : {&out.binning_x, &out.binning_y, &out.roi_x, &out.roi_y, &out.roi_height,
+                            &out.roi_width}) {
+      *value = reader->Take<uint32_t>();
+    }
+    return out;
+  });
 }
 
 Result<ImuSample> ReadRos2Imu(const tagtwist::internal::Cdr& data) {

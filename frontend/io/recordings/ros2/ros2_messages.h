@@ -7,6 +7,7 @@
 
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/bag_topics.h"
+#include "frontend/io/recordings/camera_info.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
@@ -21,6 +22,7 @@ std::optional<int64_t> HeaderStamp(const Cdr& data);
 
 bool IsRos2Image(const std::string& type);  // Image, CompressedImage
 bool IsRos2Imu(const std::string& type);
+bool IsRos2CameraInfo(const std::string& type);
 /// PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry.
 bool IsRos2Pose(const std::string& type);
 bool IsRos2Transforms(const std::string& type);  // TFMessage
@@ -28,6 +30,7 @@ bool IsRos2Transforms(const std::string& type);  // TFMessage
 bool IsRos2Tags(const std::string& type);
 
 Result<cv::Mat> ReadRos2Image(const std::string& type, const Cdr& data);
+Result<RosCameraInfo> ReadRos2CameraInfoMessage(const Cdr& data);
 /// The stamp is the header's.
 Result<ImuSample> ReadRos2Imu(const Cdr& data);
 /// Likewise; a twist, which Odometry tells in the body, comes out as v_world and omega_body.

@@ -40,6 +40,18 @@ Result<Names> FilesOf(const std::string& path) {
   return out;
 }
 
+Result<Ros2Bags> OpenFiles(const std::string& path) {
+  const auto files = FilesOf(path);
+  if (!files) return files.error();
+  Ros2Bags out;
+  for (const std::string& file : *files) {
+    auto bag = OpenFile(file);
+    if (!bag) return bag.error();
+    out.push_back(std::move(*bag));
+  }
+  return out;
+}
+
 // The headers' stamps, or, where none was ever set, the arrivals'.
 std::vector<int64_t> ChooseStamps(const std::vector<int64_t>& headers_ns,
                                   const std::vector<int64_t>& arrivals_ns) {
@@ -53,13 +65,9 @@ class Ros2Source : public DataSource {
       : path_(std::move(path)), options_(options) {}
 
   Status Open() {
-    const auto files = FilesOf(path_);
-    if (!files) return files.error();
-    for (const std::string& file : *files) {
-      auto bag = OpenFile(file);
-      if (!bag) return bag.error();
-      bags_.push_back(std::move(*bag));
-    }
+    auto bags = OpenFiles(path_);
+    if (!bags) return bags.error();
+    bags_ = std::move(*bags);
     const auto fits = options_.use_detections ? IsRos2Tags : IsRos2Image;
     const Names topics = Ros2TopicsThat(bags_, fits);
     if (options_.use_detections && topics.empty()) {
@@ -248,6 +256,20 @@ bool IsRos2Bag(const std::string& path) {
     if (ending == ".db3" || ending == ".mcap" || ending == ".zstd") return true;
   }
   return false;
+}
+
+Result<RosCameraInfo> ReadRos2CameraInfo(const std::string& path, const std::string& topic) {
+  const auto bags = OpenFiles(path);
+  if (!bags) return bags.error();
+  const auto chosen = ChooseCameraTopic(Ros2TopicsThat(*bags, IsRos2CameraInfo), topic);
+  if (!chosen) return Error{path + ": " + chosen.error().message};
+  for (Ros2TopicReader reader(*bags, *chosen);;) {
+    const auto message = reader.Next();
+    if (!message) return message.error();
+    if (!*message) return Error{path + ": no message on " + *chosen + " decodes"};
+    auto info = ReadRos2CameraInfoMessage((*message)->message.data);
+    if (info) return info;
+  }
 }
 
 Result<std::unique_ptr<DataSource>> OpenRos2Source(const std::string& path,
