@@ -31,7 +31,7 @@ set_target_properties(tagtwist_headers PROPERTIES EXPORT_NAME headers)
 install(TARGETS tagtwist_headers EXPORT tagtwist_targets
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev)
 
-install(TARGETS tagtwist_compare tagtwist_estimate tagtwist_map tagtwist_simulate
+install(TARGETS tagtwist_camera tagtwist_compare tagtwist_estimate tagtwist_map tagtwist_simulate
   DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR}
   COMPONENT programs FILES_MATCHING PATTERN "*.1.gz")

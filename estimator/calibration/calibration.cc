@@ -13,7 +13,6 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr int kLeastFrames = 20;
 constexpr double kClockSigmas = 3;  // as far as the clock may move, there is truth at hand
 
 CalibrationState StateOf(const SetUp& set_up) {
@@ -127,9 +126,9 @@ Result<CalibrationProblem> MakeCalibrationProblem(
   if (camera.line_time_s != 0 || input.options.line_time_sigma_s > 0) {
     DropStandAlone(&out.frames);
   }
-  if (static_cast<int>(out.frames.size()) < kLeastFrames) {
-    return Error{"a calibration needs " + std::to_string(kLeastFrames) + " frames with tags, got " +
-                 std::to_string(out.frames.size())};
+  if (static_cast<int>(out.frames.size()) < input.least_frames) {
+    return Error{"a calibration needs " + std::to_string(input.least_frames) +
+                 " frames with tags, got " + std::to_string(out.frames.size())};
   }
   const std::vector<CalibrationParameter> parameters = ParametersOf(out.prior, input.options);
   out.prior_sigmas.resize(static_cast<Eigen::Index>(parameters.size()));
@@ -160,7 +159,7 @@ Result<Calibration> Calibrate(const CalibrationInput& input,
   SetCornerNoise(all.noise.corner_sigma_px, &problem->frames);
   out.unseen = FindUnseen(out.given, out.parameters, problem->prior_sigmas, all.covariance);
   out.validation = ValidateGroups(*problem, out.parameters, all.state, all.noise,
-                                  BlocksFor(*problem, input.options.validation_blocks));
+                                  BlocksFor(*problem, input.options.validation_blocks), input.kept);
   const CalibrationProblem applied = Restrict(*problem, out.parameters, out.validation.applied());
   CalibrationSolution solution =
       SolveAndLearnNoise(applied, OnlyFree(all.state, applied), all.noise, learn_corners);

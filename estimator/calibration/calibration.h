@@ -19,6 +19,8 @@ struct CalibrationInput {
   SetUp set_up;
   EstimatorOptions estimator;
   CalibrationOptions options;
+  int least_frames = 20;                    // with tags; fewer are an error
+  std::vector<CalibrationGroup> kept = {};  // refined, whatever they help frames left out
 };
 
 /// The set-up as the data have it. Vectors and matrices over the error state, full layout.

@@ -121,7 +121,7 @@ std::vector<CalibrationGroup> CalibrationValidation::applied() const {
 CalibrationValidation ValidateGroups(const CalibrationProblem& problem,
                                      const std::vector<CalibrationParameter>& parameters,
                                      const CalibrationState& start, const CalibrationNoise& noise,
-                                     int n_blocks) {
+                                     int n_blocks, const std::vector<CalibrationGroup>& kept) {
   const auto judge = [&](const std::vector<CalibrationGroup>& groups) {
     return JudgeHeldOut(problem, parameters, groups, start, noise, n_blocks);
   };
@@ -133,6 +133,10 @@ CalibrationValidation ValidateGroups(const CalibrationProblem& problem,
     out.refined = groups.empty() ? out.given : judge(groups);
     out.verdicts.clear();
     for (const CalibrationGroup group : groups) {
+      if (std::count(kept.begin(), kept.end(), group) > 0) {
+        out.verdicts.push_back({group, true, 0, 0});
+        continue;
+      }
       out.verdicts.push_back(Compare(group, out.refined, judge(Without(groups, group))));
     }
     const auto worst = std::min_element(

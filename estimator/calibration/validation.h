@@ -36,10 +36,11 @@ struct CalibrationValidation {
 };
 
 /// Leaves out, one after the other, the group that helps least, until each one left lowers the
-/// held-out cost by more than twice the standard error over the blocks.
+/// held-out cost by more than twice the standard error over the blocks. Groups of `kept` are
+/// applied whatever they help.
 CalibrationValidation ValidateGroups(const CalibrationProblem& problem,
                                      const std::vector<CalibrationParameter>& parameters,
                                      const CalibrationState& start, const CalibrationNoise& noise,
-                                     int n_blocks);
+                                     int n_blocks, const std::vector<CalibrationGroup>& kept = {});
 
 }  // namespace tagtwist::internal

@@ -16,27 +16,6 @@ std::string Number(double value) { return FormatNumber(value); }
   return sigma > 0 ? "  # +- " + Format(format, sigma) : "";
 }
 
-std::string CameraText(const Calibration& c) {
-  const Camera& camera = c.set_up.rig.front().camera;
-  const double focal = c.sigma(kLogFocal);
-  std::string out = "\ncamera:\n  width: " + std::to_string(camera.width) +
-                    "\n  height: " + std::to_string(camera.height) + "\n";
-  out += "  fx: " + Number(camera.fx) + SigmaComment("%.3g", focal * camera.fx) + "\n";
-  out += "  fy: " + Number(camera.fy) + SigmaComment("%.3g", focal * camera.fy) + "\n";
-  out += "  cx: " + Number(camera.cx) + SigmaComment("%.3g", c.sigma(kCentreX)) + "\n";
-  out += "  cy: " + Number(camera.cy) + SigmaComment("%.3g", c.sigma(kCentreY)) + "\n";
-  out += std::string("  distortion_model: ") + LensName(camera.lens) + "\n";
-  out += "  distortion: " + FormatNumberList(DistortionCoefficients(camera));
-  std::string sigmas;
-  for (int i = kFirstDistortion; i < LensSize(camera); ++i) sigmas += Format(" %.2g", c.sigma(i));
-  out += "  # +-" + sigmas + "\n";
-  const double line_time_sigma_s = c.sigma(LayoutOf(c.given).line_time());
-  const double line_time_s = c.set_up.rig.front().line_time_s;
-  if (line_time_s == 0 && !(line_time_sigma_s > 0)) return out;
-  return out + "  line_time_s: " + Number(line_time_s) + SigmaComment("%.2g", line_time_sigma_s) +
-         "\n";
-}
-
 std::string MountText(const Calibration& c) {
   const int first = LayoutOf(c.given).mount();
   const Pose& pose = c.set_up.rig.front().cam_from_body;
@@ -65,6 +44,28 @@ std::string MapText(const Calibration& c) {
 }
 
 }  // namespace
+
+std::string CameraText(const Calibration& c, double inflation) {
+  const Camera& camera = c.set_up.rig.front().camera;
+  const double focal = inflation * c.sigma(kLogFocal);
+  std::string out = "\ncamera:\n  width: " + std::to_string(camera.width) +
+                    "\n  height: " + std::to_string(camera.height) + "\n";
+  out += "  fx: " + Number(camera.fx) + SigmaComment("%.3g", focal * camera.fx) + "\n";
+  out += "  fy: " + Number(camera.fy) + SigmaComment("%.3g", focal * camera.fy) + "\n";
+  out += "  cx: " + Number(camera.cx) + SigmaComment("%.3g", inflation * c.sigma(kCentreX)) + "\n";
+  out += "  cy: " + Number(camera.cy) + SigmaComment("%.3g", inflation * c.sigma(kCentreY)) + "\n";
+  out += std::string("  distortion_model: ") + LensName(camera.lens) + "\n";
+  out += "  distortion: " + FormatNumberList(DistortionCoefficients(camera));
+  std::string sigmas;
+  for (int i = kFirstDistortion; i < LensSize(camera); ++i)
+    sigmas += Format(" %.2g", inflation * c.sigma(i));
+  out += "  # +-" + sigmas + "\n";
+  const double line_time_sigma_s = inflation * c.sigma(LayoutOf(c.given).line_time());
+  const double line_time_s = c.set_up.rig.front().line_time_s;
+  if (line_time_s == 0 && !(line_time_sigma_s > 0)) return out;
+  return out + "  line_time_s: " + Number(line_time_s) + SigmaComment("%.2g", line_time_sigma_s) +
+         "\n";
+}
 
 std::string FormatCalibrationConfig(const Calibration& c, const std::string& options) {
   std::string out =

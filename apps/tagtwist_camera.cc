@@ -1,0 +1,146 @@
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <opencv2/core/utils/logger.hpp>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "apps/support/clean_end.h"
+#include "apps/support/guarded_main.h"
+#include "apps/support/usage.h"
+#include "estimator/jobs/camera/find_camera.h"
+#include "estimator/jobs/in_order.h"
+#include "estimator/report/files/camera_found.h"
+#include "frontend/base/files/atomic_file.h"
+#include "frontend/base/files/run_files.h"
+#include "frontend/base/number_text.h"
+#include "frontend/io/recordings/data_source.h"
+#include "frontend/io/setup/tag_map_file.h"
+
+DEFINE_string(from, "", "Recording of the tags: a video, or a folder of images. Needed.");
+DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any where left out.");
+DEFINE_string(map, "",
+              "Where the tags are: the kinds of file that tagtwist_estimate takes. Needed.");
+DEFINE_double(tag_size_m, 0, "Side of a tag's black square, where --map does not say it.");
+DEFINE_string(tag_family, "", "The tags' family, where --map does not say it.");
+DEFINE_bool(use_detections, false,
+            "Tag corners come from the recording (detections.csv, .mat), not from its images.");
+DEFINE_string(image_size, "", "Of a recording without images, [px]: 640x480.");
+DEFINE_string(output, "", "Camera to write (YAML), for --camera_file. Needed.");
+DEFINE_string(picture, "",
+              "Picture to write (SVG): where the image saw corners, the figures, and the verdict.");
+DEFINE_bool(accept_poor, false,
+            "Writes a calibration that is not good, too, with what speaks against it.");
+
+namespace tagtwist::internal {
+namespace {
+
+Usage CameraUsage() {
+  Usage usage;
+  usage.program = "tagtwist_camera";
+  usage.synopsis = "--from RECORDING --map FILE --output camera.yaml";
+  usage.summary =
+      "Calibrates a camera of which nothing is known from a recording of a map of AprilTags: "
+      "model\n"
+      "and number of coefficients by frames that are left out, sigmas by the recording's halves.\n"
+      "Says what is missing, and writes no calibration that is not good.";
+  usage.groups = {
+      {"What to read",
+       {"from", "topic", "use_detections", "image_size", "map", "tag_size_m", "tag_family"}},
+      {"What to write", {"output", "picture", "accept_poor"}}};
+  usage.examples = {{"A webcam, before a sheet that is tilted about before it",
+                     "tagtwist_camera --from sheet.mp4 --map april_6x6.yaml --output camera.yaml"}};
+  return usage;
+}
+
+Status CheckInputsAreKept() {
+  RunFiles files;
+  files.Reads("--map", FLAGS_map);
+  files.ReadsRecording("--from", FLAGS_from);
+  if (auto checked = files.Writes("--output", FLAGS_output); !checked) return checked;
+  if (auto checked = files.Writes("--picture", FLAGS_picture); !checked) return checked;
+  return files.WritesStandardOutput();
+}
+
+// "640x480"; both 0 for an empty text.
+std::optional<std::pair<int, int>> ImageSizeOf(const std::string& text) {
+  if (text.empty()) return std::pair(0, 0);
+  const size_t x = text.find('x');
+  if (x == std::string::npos) return std::nullopt;
+  const auto width = ParseInteger(text.substr(0, x)), height = ParseInteger(text.substr(x + 1));
+  constexpr int64_t kMost = 100000;
+  if (!width || !height || *width < 1 || *height < 1 || *width > kMost || *height > kMost) {
+    return std::nullopt;
+  }
+  return std::pair(static_cast<int>(*width), static_cast<int>(*height));
+}
+
+CameraJob JobOfFlags() {
+  CameraJob job;
+  job.recording = FLAGS_from;
+  job.topic = FLAGS_topic;
+  job.use_detections = FLAGS_use_detections;
+  std::tie(job.width, job.height) = *ImageSizeOf(FLAGS_image_size);
+  job.accepts_poor = FLAGS_accept_poor;
+  job.threads = ResolveThreads(0);
+  return job;
+}
+
+Status Run() {
+  if (const auto kept = CheckInputsAreKept(); !kept) return kept;
+  TagMapFile file{FLAGS_map, {}, FLAGS_tag_family};
+  if (FLAGS_tag_size_m > 0) file.tag_size_m = FLAGS_tag_size_m;
+  const auto map = ReadTagMapFile(file);
+  if (!map) return map.error();
+  const auto found = FindCamera(JobOfFlags(), *map);
+  if (!found) return found.error();
+  std::cout << CameraFoundText(*found);
+  if (!FLAGS_picture.empty()) {
+    if (auto written = WriteFileAtomically(FLAGS_picture, CameraFoundSvg(*found)); !written) {
+      return written;
+    }
+  }
+  if (!found->missing.empty() && !FLAGS_accept_poor) {
+    return Error{FLAGS_from + ": the calibration is " + CameraVerdict(*found) +
+                 " (--accept_poor writes it all the same)"};
+  }
+  return WriteFileAtomically(FLAGS_output, CameraFoundConfig(*found));
+}
+
+std::string WrongFlags() {
+  for (const auto& [flag, value] :
+       {std::pair("--from", FLAGS_from), {"--map", FLAGS_map}, {"--output", FLAGS_output}}) {
+    if (value.empty()) return std::string(flag) + ": needed, and not given";
+  }
+  if (!(FLAGS_tag_size_m >= 0)) return "--tag_size_m: expected > 0";
+  if (!ImageSizeOf(FLAGS_image_size)) {
+    return "--image_size: expected WIDTHxHEIGHT in pixels, got '" + FLAGS_image_size + "'";
+  }
+  if (IsCamera(FLAGS_from)) return "--from: record a camera first: a video, or a folder of images";
+  return "";
+}
+
+int Main(int argc, char** argv, const Usage& usage) {
+  ParseFlagsOrExit2(argc, argv, usage);
+  if (const std::string wrong = WrongFlags(); !wrong.empty()) return Fail(usage, wrong, 2);
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+  const CleanEnd end(usage, {{FLAGS_output, FLAGS_picture}, ""});
+  const auto done = Run();
+  return done ? 0 : Fail(usage, done.error().message);
+}
+
+}  // namespace
+}  // namespace tagtwist::internal
+
+int main(int argc, char** argv) {
+  google::InitGoogleLogging(argv[0]);
+  const tagtwist::internal::Usage usage = tagtwist::internal::CameraUsage();
+  return tagtwist::internal::GuardedMain(
+      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
+}
