@@ -1,10 +1,10 @@
 #include "estimator/batch/batch.h"
 
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "estimator/batch/batch_audit.h"
 #include "estimator/batch/batch_states.h"
 #include "estimator/batch/model_choice.h"
 #include "estimator/batch/uneven_motion.h"
@@ -13,7 +13,6 @@
 #include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
 #include "estimator/graph/track_segments.h"
-#include "estimator/result/reprojection_tally.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
@@ -88,8 +87,13 @@ class BatchEstimator::Impl {
   // Frames, without their tracks.
   using Measurements = std::vector<FrameMeasurements>;
 
-  Result<Estimate> SolveRolling(const Measurements& measurements) const;
-  Result<Estimate> SolveFor(const Measurements& measurements) const;
+  // Without the tags that are left out. `ways`: WaysWithoutTwins, as the solution shows.
+  using Ways = std::vector<DoubledTags>;
+  Result<Estimate> SolveWithout(const DoubledTags& doubled, Ways* ways) const;
+  Result<Estimate> SolveRolling(const Measurements& measurements, const DoubledTags& doubled,
+                                Ways* ways) const;
+  Result<Estimate> SolveFor(const Measurements& measurements, const DoubledTags& doubled,
+                            Ways* ways) const;
 
   // Solves and learns, again and again without the tags that the solution contradicts. Leaves in
   // `input` the states and the tags that were used.
@@ -102,9 +106,6 @@ class BatchEstimator::Impl {
                   const std::vector<int>& state_of_frame,
                   const std::vector<StateCovariance>& covariances,
                   const std::optional<SteadyClock>& clock, Estimate* out) const;
-  // How well the tags agree with that; their errors go to `out`.
-  TagAudit Audit(const Measurements& measurements, const std::vector<GraphFrame>& solved,
-                 const std::vector<int>& state_of_frame, Estimate* out) const;
 
   EstimatorSetup setup_;
   TrackSegmenter segmenter_;
@@ -112,8 +113,8 @@ class BatchEstimator::Impl {
   Status set_up_is_right_ = Ok();  // as far as the frames say
   TagGate gate_;
   DoubledTags doubled_;
-  Measurements measurements_;                            // without the tags that
-  std::map<size_t, std::vector<TagDetection>> refused_;  // the gate refused, by frame
+  Measurements measurements_;  // without the tags that
+  TagsByFrame refused_;        // the gate refused
   std::vector<int> n_tracks_;
 };
 
@@ -185,30 +186,8 @@ void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
   });
 }
 
-TagAudit BatchEstimator::Impl::Audit(const Measurements& measurements,
-                                     const std::vector<GraphFrame>& solved,
-                                     const std::vector<int>& state_of_frame, Estimate* out) const {
-  TagAudit audit;
-  ReprojectionTally tally;
-  for (size_t i = 0; i < solved.size(); ++i) {
-    const GraphFrame& frame = solved[i];
-    std::vector<TagDetection> seen = measurements[i].tags;
-    const auto refused = refused_.find(i);
-    if (refused != refused_.end()) {
-      seen.insert(seen.end(), refused->second.begin(), refused->second.end());
-    }
-    audit.Add(setup_, frame, seen);
-    if (state_of_frame[i] < 0) continue;
-    const std::vector<double> errors = ReprojectionErrors(setup_, frame);
-    out->reprojection_px.insert(out->reprojection_px.end(), errors.begin(), errors.end());
-    tally.Add(setup_.camera, setup_.map, frame.t_ns,
-              setup_.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
-  }
-  out->reprojection = tally.Errors();
-  return audit;
-}
-
-Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements) const {
+Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements,
+                                                const DoubledTags& doubled, Ways* ways) const {
   auto starts = StartFrames(setup_, measurements);
   if (!starts) return starts.error();
   Estimate out;
@@ -237,9 +216,11 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
       frame.state = out.trajectory.At(frame.t_ns)->state;
     }
   }
-  const TagAudit audit = Audit(measurements, *starts, state_of_frame, &out);
+  const SolvedFrames solved{measurements, *starts, state_of_frame};
+  const TagAudit audit = AuditTags(setup_, solved, refused_, &out);
+  out.warnings = doubled.Warnings();
+  *ways = WaysWithoutTwins(setup_, solved, doubled);
   FillFrames(measurements, std::move(*starts), state_of_frame, covariances, clock, &out);
-  out.warnings = doubled_.Warnings();
   for (std::string& warning : audit.Warnings()) out.warnings.push_back(std::move(warning));
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);
@@ -250,15 +231,32 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
 Result<Estimate> BatchEstimator::Impl::Solve() const {
   if (!set_up_is_right_) return set_up_is_right_.error();
   if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
-  if (!doubled_.any()) return SolveRolling(measurements_);
+  Ways ways, none;
+  auto out = SolveWithout(doubled_, &ways);
+  // Of twins that are never in one frame only the solution tells: it is made again without them.
+  std::optional<double> least;
+  for (const DoubledTags& way : ways) {
+    auto without = SolveWithout(way, &none);
+    if (!without) continue;
+    const double jolt = LargestJolt(without->frames);
+    if (least && !(jolt < *least)) continue;
+    least = jolt;
+    out = std::move(without);
+  }
+  return out;
+}
+
+Result<Estimate> BatchEstimator::Impl::SolveWithout(const DoubledTags& doubled, Ways* ways) const {
+  if (!doubled.any()) return SolveRolling(measurements_, doubled, ways);
   Measurements single = measurements_;
-  for (FrameMeasurements& frame : single) doubled_.TakeOut(&frame.tags);
-  return SolveRolling(single);
+  for (FrameMeasurements& frame : single) doubled.TakeOut(&frame.tags);
+  return SolveRolling(single, doubled, ways);
 }
 
 // Under a rolling shutter again, with the corners as of the stamps.
-Result<Estimate> BatchEstimator::Impl::SolveRolling(const Measurements& measurements) const {
-  auto out = SolveFor(measurements);
+Result<Estimate> BatchEstimator::Impl::SolveRolling(const Measurements& measurements,
+                                                    const DoubledTags& doubled, Ways* ways) const {
+  auto out = SolveFor(measurements, doubled, ways);
   // First by poses that are those of the mean row, then by those of the stamps.
   for (const bool of_stamp : {false, true}) {
     if (!out || setup_.line_time_s == 0) return out;
@@ -270,7 +268,7 @@ Result<Estimate> BatchEstimator::Impl::SolveRolling(const Measurements& measurem
       if (motion) frame.tags = TagsAsOfStamp(setup_, *motion, std::move(frame.tags));
     }
     out = Estimate();  // its memory is for the next
-    out = SolveFor(of_stamps);
+    out = SolveFor(of_stamps, doubled, ways);
   }
   return out;
 }

@@ -110,6 +110,23 @@ std::optional<TagDisagreement> JudgeTag(const EstimatorSetup& setup, const Pose&
   return out;
 }
 
+std::vector<TagElsewhere> TagsElsewhere(const EstimatorSetup& setup, const GraphFrame& frame,
+                                        const std::vector<TagDetection>& seen) {
+  std::vector<TagElsewhere> out;
+  if (frame.tags.size() >= seen.size()) return out;
+  for (const TagDetection& tag : seen) {
+    const bool is_used = std::any_of(frame.tags.begin(), frame.tags.end(),
+                                     [&](const TagDetection& used) { return used.id == tag.id; });
+    if (is_used) continue;
+    const auto judged = JudgeTag(setup, frame.state.world_from_body, tag);
+    const double size_m = setup.map.Find(tag.id)->size_m;
+    if (judged && judged->shift_m.norm() > size_m) {
+      out.push_back({tag.id, judged->shift_m, size_m});
+    }
+  }
+  return out;
+}
+
 void TagAudit::Add(const EstimatorSetup& setup, const GraphFrame& frame,
                    const std::vector<TagDetection>& seen) {
   std::vector<int> left_out;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
+#include "estimator/graph/tag_elsewhere.h"
 #include "frontend/base/statistics/thinned_sample.h"
 #include "frontend/types/measurements.h"
 
@@ -31,6 +32,10 @@ struct TagDisagreement {
 /// through its corners do not meet the tag's plane.
 std::optional<TagDisagreement> JudgeTag(const EstimatorSetup& setup, const Pose& world_from_body,
                                         const TagDetection& detection);
+
+/// Of `seen`, the tags that a frame with its final state was made without and that lie elsewhere.
+std::vector<TagElsewhere> TagsElsewhere(const EstimatorSetup& setup, const GraphFrame& frame,
+                                        const std::vector<TagDetection>& seen);
 
 /// Collects, frame by frame, the tags that an estimate was made without, and names those that
 /// disagree with the map as a rule: "tag 17 disagrees with the map by 41 mm in 212 frames".

@@ -1,6 +1,7 @@
 #include "estimator/start/doubled_tags.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "frontend/base/format_text.h"
 
@@ -44,7 +45,8 @@ bool DoubledTags::Add(const FrameMeasurements& measurement) {
   return tells;
 }
 
-void DoubledTags::AddSolved(const std::vector<int>& used, const std::vector<Elsewhere>& elsewhere) {
+void DoubledTags::AddSolved(const std::vector<int>& used,
+                            const std::vector<TagElsewhere>& elsewhere) {
   constexpr int kOften = 5, kNear = 90;
   ++frames_;
   for (const int id : used) {
@@ -63,6 +65,19 @@ void DoubledTags::AddSolved(const std::vector<int>& used, const std::vector<Else
     history.place_m = shift_m;
     history.AddWrong();
     if (history.IsRun()) left_out_.insert(id);
+  }
+}
+
+void DoubledTags::LeaveOut(int id, int frames) {
+  moved_[id].wrong += frames;
+  left_out_.insert(id);
+}
+
+void DoubledTags::ForgetSolved() {
+  agreed_.clear();
+  frames_ = 0;
+  for (auto moved = moved_.begin(); moved != moved_.end();) {
+    moved = IsLeftOut(moved->first) ? std::next(moved) : moved_.erase(moved);
   }
 }
 

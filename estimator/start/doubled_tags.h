@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/graph/tag_elsewhere.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist::internal {
@@ -19,20 +20,18 @@ class DoubledTags {
  public:
   /// The next frame. True where it told of an id that is left out from now on.
   bool Add(const FrameMeasurements& measurement);
-  /// A tag that is not where the map has it: its centre, on the map's plane of it.
-  struct Elsewhere {
-    int id = -1;
-    Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();
-    double size_m = 0;  // of its side
-  };
   /// What a frame's solution was made with, and the tags that it shows elsewhere. These count where
   /// two were used, or one that has agreed with another in five frames: of two that never agree
   /// nobody knows which is right.
-  void AddSolved(const std::vector<int>& used, const std::vector<Elsewhere>& elsewhere);
+  void AddSolved(const std::vector<int>& used, const std::vector<TagElsewhere>& elsewhere);
+  /// Before a recording is solved again: of what solutions showed, keeps what is left out.
+  void ForgetSolved();
   /// Whether tags have ever agreed with one another.
   bool any_agreed() const { return !agreed_.empty(); }
   bool IsLeftOut(int id) const { return left_out_.count(id) > 0; }
   bool any() const { return !left_out_.empty(); }
+  /// Leaves that one out, which was wrong in so many frames.
+  void LeaveOut(int id, int frames);
   /// Takes them out of a frame's tags.
   void TakeOut(std::vector<TagDetection>* tags) const;
   /// One line each.

@@ -108,22 +108,11 @@ void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
   if (hypotheses_.size() != 1) return;
   const GraphFrame& frame = hypotheses_[0].input.frames.back();
   std::vector<int> used;
-  std::vector<DoubledTags::Elsewhere> elsewhere;
   for (const TagDetection& tag : frame.tags) {
     used.push_back(tag.id);
     if (alone_since_restart_ != tag.id) alone_since_restart_.reset();
   }
-  if (frame.tags.size() < measurement.tags.size()) {
-    for (const TagDetection& tag : measurement.tags) {
-      if (std::count(used.begin(), used.end(), tag.id) > 0) continue;
-      const auto judged = JudgeTag(setup_, frame.state.world_from_body, tag);
-      const double size_m = setup_.map.Find(tag.id)->size_m;
-      if (judged && judged->shift_m.norm() > size_m) {
-        elsewhere.push_back({tag.id, judged->shift_m, size_m});
-      }
-    }
-  }
-  doubled_.AddSolved(used, elsewhere);
+  doubled_.AddSolved(used, TagsElsewhere(setup_, frame, measurement.tags));
 }
 
 // Once an id is known to be doubled, frames that were built on one of the two are worth nothing.

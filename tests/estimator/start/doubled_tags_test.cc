@@ -61,7 +61,7 @@ TEST(DoubledTags, ARuleIsLeftOutAndToldAnAccidentIsNot) {
 TEST(DoubledTags, WhatLiesElsewhereThanTagsThatAgreedIsLeftOut) {
   DoubledTags tags, unknown;
   for (int i = 0; i < 10; ++i) tags.AddSolved({1, 2}, {});
-  const DoubledTags::Elsewhere there{1, {0.5, 0.3}, 0.15};
+  const TagElsewhere there{1, {0.5, 0.3}, 0.15};
   for (int i = 0; i < 6; ++i) tags.AddSolved({2}, {there});
   EXPECT_TRUE(tags.IsLeftOut(1));
   EXPECT_FALSE(tags.IsLeftOut(2));
@@ -69,8 +69,8 @@ TEST(DoubledTags, WhatLiesElsewhereThanTagsThatAgreedIsLeftOut) {
   // Phantoms under the id of a tag that is out of view.
   DoubledTags phantoms;
   for (int i = 0; i < 1000; ++i) {
-    const DoubledTags::Elsewhere phantom{3, {std::sin(i), std::cos(i)}, 0.15};
-    phantoms.AddSolved({1, 2}, std::vector<DoubledTags::Elsewhere>(i % 10 == 0, phantom));
+    const TagElsewhere phantom{3, {std::sin(i), std::cos(i)}, 0.15};
+    phantoms.AddSolved({1, 2}, std::vector<TagElsewhere>(i % 10 == 0, phantom));
   }
   EXPECT_FALSE(phantoms.any());
   // Two that never agreed: nobody knows which is right.

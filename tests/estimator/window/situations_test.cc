@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "estimator/batch/batch.h"
+#include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/window_run.h"
 
 namespace tagtwist::internal::situations_test {
@@ -50,6 +52,30 @@ TEST_P(Situations, TheWindowIsNeverSurelyWrong) { ExpectHonest(GetParam(), 1); }
 // More draws of the same, in release alone: one of each kind is enough for a sanitizer.
 TEST_P(Situations, SlowTheWindowIsNeverSurelyWrongInOtherDraws) {
   for (const unsigned seed : {2U, 3U, 4U, 5U}) ExpectHonest(GetParam(), seed);
+}
+
+// In one frame or never: a tag whose id another has says nothing, in batch as in the window.
+void ExpectTwinsLeftOutOfBatch(Situation situation, unsigned seed, double rate_hz = 30) {
+  const SituationDraw draw = DrawSituation(situation, seed, rate_hz);
+  const auto estimate = RunBatch(SetUpOf(draw.setup), {}, draw.measurements);
+  ASSERT_TRUE(estimate) << estimate.error().message;
+  const SituationScore score = Judge(draw, estimate->frames);
+  SCOPED_TRACE(NameOf(situation) + ", seed " + std::to_string(seed) + ": " + Text(score));
+  EXPECT_LT(score.nees, 2);
+  EXPECT_LT(score.beyond, 0.03);
+  ASSERT_FALSE(estimate->warnings.empty());
+  EXPECT_NE(estimate->warnings.front().find("another has its id"), std::string::npos)
+      << estimate->warnings.front();
+}
+
+TEST(BatchTwins, ThatAreNeverInOneFrameAreLeftOut) {
+  ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, 1, 10);
+}
+
+TEST(BatchTwins, SlowThatAreNeverInOneFrameAreLeftOutInOtherDraws) {
+  for (const unsigned seed : {2U, 3U, 4U}) {
+    ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, seed);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Situations, testing::ValuesIn(kAll),
