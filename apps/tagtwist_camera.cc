@@ -14,7 +14,9 @@
 #include "apps/support/guarded_main.h"
 #include "apps/support/usage.h"
 #include "estimator/jobs/camera/find_camera.h"
+#include "estimator/jobs/camera/guide_camera.h"
 #include "estimator/jobs/in_order.h"
+#include "estimator/live/live_feed.h"
 #include "estimator/report/files/camera_found.h"
 #include "frontend/base/files/atomic_file.h"
 #include "frontend/base/files/run_files.h"
@@ -22,7 +24,10 @@
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/io/setup/tag_map_file.h"
 
-DEFINE_string(from, "", "Recording of the tags: a video, or a folder of images. Needed.");
+DEFINE_string(
+    from, "",
+    "Recording of the tags: a video, a folder of images, or camera:0, which says what to show "
+    "next. Needed.");
 DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any where left out.");
 DEFINE_string(map, "",
               "Where the tags are: the kinds of file that tagtwist_estimate takes. Needed.");
@@ -30,7 +35,8 @@ DEFINE_double(tag_size_m, 0, "Side of a tag's black square, where --map does not
 DEFINE_string(tag_family, "", "The tags' family, where --map does not say it.");
 DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
-DEFINE_string(image_size, "", "Of a recording without images, [px]: 640x480.");
+DEFINE_string(image_size, "",
+              "Of a recording without images, or wanted of a camera, [px]: 640x480.");
 DEFINE_string(output, "", "Camera to write (YAML), for --camera_file. Needed.");
 DEFINE_string(picture, "",
               "Picture to write (SVG): where the image saw corners, the figures, and the verdict.");
@@ -43,7 +49,7 @@ namespace {
 Usage CameraUsage() {
   Usage usage;
   usage.program = "tagtwist_camera";
-  usage.synopsis = "--from RECORDING --map FILE --output camera.yaml";
+  usage.synopsis = "--from RECORDING|camera:N --map FILE --output camera.yaml";
   usage.summary =
       "Calibrates a camera of which nothing is known from a recording of a map of AprilTags: "
       "model\n"
@@ -54,7 +60,9 @@ Usage CameraUsage() {
        {"from", "topic", "use_detections", "image_size", "map", "tag_size_m", "tag_family"}},
       {"What to write", {"output", "picture", "accept_poor"}}};
   usage.examples = {{"A webcam, before a sheet that is tilted about before it",
-                     "tagtwist_camera --from sheet.mp4 --map april_6x6.yaml --output camera.yaml"}};
+                     "tagtwist_camera --from sheet.mp4 --map april_6x6.yaml --output camera.yaml"},
+                    {"The same live; it says what to show next",
+                     "tagtwist_camera --from camera:0 --map april_6x6.yaml --output camera.yaml"}};
   return usage;
 }
 
@@ -91,13 +99,26 @@ CameraJob JobOfFlags() {
   return job;
 }
 
-Status Run() {
+// A live camera, or a recording.
+Result<LensFound> Find(const TagMap& map, CleanEnd* end) {
+  const CameraJob job = JobOfFlags();
+  if (!IsCamera(job.recording)) return FindCamera(job, map);
+  Camera wanted;
+  wanted.width = job.width > 0 ? job.width : 640;
+  wanted.height = job.width > 0 ? job.height : 480;
+  auto camera = OpenCameraSource(job.recording, wanted, SteadyNowNs);
+  if (!camera) return camera.error();
+  const auto tell = [](const std::string& line) { std::cout << line << std::endl; };
+  return GuideCamera(job, map, camera->get(), {tell, end->AskFirst()});
+}
+
+Status Run(CleanEnd* end) {
   if (const auto kept = CheckInputsAreKept(); !kept) return kept;
   TagMapFile file{FLAGS_map, {}, FLAGS_tag_family};
   if (FLAGS_tag_size_m > 0) file.tag_size_m = FLAGS_tag_size_m;
   const auto map = ReadTagMapFile(file);
   if (!map) return map.error();
-  const auto found = FindCamera(JobOfFlags(), *map);
+  const auto found = Find(*map, end);
   if (!found) return found.error();
   std::cout << CameraFoundText(*found);
   if (!FLAGS_picture.empty()) {
@@ -121,7 +142,9 @@ std::string WrongFlags() {
   if (!ImageSizeOf(FLAGS_image_size)) {
     return "--image_size: expected WIDTHxHEIGHT in pixels, got '" + FLAGS_image_size + "'";
   }
-  if (IsCamera(FLAGS_from)) return "--from: record a camera first: a video, or a folder of images";
+  if (IsCamera(FLAGS_from) && FLAGS_use_detections) {
+    return "--use_detections: a camera has no corners of its own";
+  }
   return "";
 }
 
@@ -130,8 +153,8 @@ int Main(int argc, char** argv, const Usage& usage) {
   if (const std::string wrong = WrongFlags(); !wrong.empty()) return Fail(usage, wrong, 2);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-  const CleanEnd end(usage, {{FLAGS_output, FLAGS_picture}, ""});
-  const auto done = Run();
+  CleanEnd end(usage, {{FLAGS_output, FLAGS_picture}, ""});
+  const auto done = Run(&end);
   return done ? 0 : Fail(usage, done.error().message);
 }
 

@@ -112,7 +112,7 @@ TEST_F(CameraProgram, RefusesViewsThatTellNothing) {
 }
 
 TEST_F(CameraProgram, SlowWritesAPoorCameraWhereAsked) {
-  Film(0.02, {"--images=false", "--corner_noise_px", "0.1", "--rate", "5"});
+  Film(0.02, {"--images=false", "--corner_noise_px", "0.1", "--rate", "3"});
   std::vector<std::string> arguments = kByCorners;
   arguments.insert(arguments.end(), {"--image_size", "320x240", "--accept_poor"});
   const ProgramRun poor = Run("tagtwist_camera", arguments);
@@ -127,7 +127,8 @@ TEST_F(CameraProgram, RefusesWrongUsage) {
            {"--from", "film", "--output", "camera.yaml"},
            {"--from", "film", "--map", "sheet.yaml", "--output", "c.yaml", "--image_size", "640"},
            {"--from", "film", "--map", "sheet.yaml", "--output", "c.yaml", "--image_size", "0x2"},
-           {"--from", "film", "--map", "s.yaml", "--output", "c.yaml", "--tag_size_m", "-1"}}) {
+           {"--from", "film", "--map", "s.yaml", "--output", "c.yaml", "--tag_size_m", "-1"},
+           {"--from", "camera:0", "--map", "s.yaml", "--output", "c.yaml", "--use_detections"}}) {
     const ProgramRun run = Run("tagtwist_camera", arguments);
     EXPECT_EQ(run.status, 2);
     EXPECT_TRUE(IsOneLine(run.err)) << run.err;
@@ -135,6 +136,10 @@ TEST_F(CameraProgram, RefusesWrongUsage) {
   EXPECT_EQ(
       Run("tagtwist_camera", {"--from", "nowhere", "--map", "sheet.yaml", "--output", "c"}).status,
       1);
+  const ProgramRun none = Run(
+      "tagtwist_camera", {"--from", "camera:nowhere", "--map", "sheet.yaml", "--output", "c.yaml"});
+  EXPECT_EQ(none.status, 1);
+  EXPECT_TRUE(IsOneLine(none.err)) << none.err;
   const ProgramRun kept =
       Run("tagtwist_camera", {"--from", "film", "--map", "sheet.yaml", "--output", "sheet.yaml"});
   EXPECT_EQ(kept.status, 1);
@@ -150,6 +155,15 @@ TEST_F(CameraProgram, SlowFindsTheLensOfImages) {
   const auto summary = Estimate({});
   EXPECT_EQ(summary["frames"], summary["frames_estimated"]);
   EXPECT_LT(summary["accuracy"]["optimised"]["position_rmse_m"].get<double>(), 5e-4);
+
+  // The images as a camera that says what it still wants.
+  const ProgramRun live = Run("tagtwist_camera", {"--from", "camera:film/images/%06d.png", "--map",
+                                                  "sheet.yaml", "--output", "live.yaml"});
+  EXPECT_EQ(live.status, 0) << live.err;
+  EXPECT_THAT(live.out, HasSubstr("show the tags"));
+  EXPECT_THAT(live.out, HasSubstr("views differ, expected 10"));
+  EXPECT_THAT(live.out, HasSubstr("calibrating\n"));
+  EXPECT_THAT(live.out, HasSubstr("verdict    good"));
 }
 
 }  // namespace

@@ -1,0 +1,15 @@
+#pragma once
+#include <string>
+
+namespace tagtwist::internal {
+
+/// A recording of tags of a known layout by a camera of which nothing is known.
+struct CameraJob {
+  std::string recording, topic;  // DataSourceOptions
+  bool use_detections = false;   // corners come from the recording; then the image's size, too
+  int width = 0, height = 0;     // [px], of a recording without images
+  bool accepts_poor = false;     // calibrates although the views speak against it
+  int threads = 1;
+};
+
+}  // namespace tagtwist::internal
