@@ -12,7 +12,7 @@ namespace tagtwist::internal {
 namespace {
 
 template <typename Numbers>
-std::string Listed(const Numbers& numbers) {
+std::string NumbersText(const Numbers& numbers) {
   std::string out = "[";
   for (const double number : numbers) out += (out.size() > 1 ? ", " : "") + FormatNumber(number);
   return out + "]";
@@ -40,11 +40,11 @@ std::string CameraInfoText(const RosCameraInfo& info) {
     return std::string(name) + ": " + std::to_string(value);
   };
   return member("height", info.height) + "\n" + member("width", info.width) +
-         "\ndistortion_model: '" + OnlyName(info.distortion_model) + "'\nD: " + Listed(info.d) +
-         "\nK: " + Listed(info.k) + "\n" + member("binning_x", info.binning_x) + "\n" +
-         member("binning_y", info.binning_y) + "\nroi: {" + member("x_offset", info.roi_x) + ", " +
-         member("y_offset", info.roi_y) + ", " + member("height", info.roi_height) + ", " +
-         member("width", info.roi_width) + "}\n";
+         "\ndistortion_model: '" + OnlyName(info.distortion_model) +
+         "'\nD: " + NumbersText(info.d) + "\nK: " + NumbersText(info.k) + "\n" +
+         member("binning_x", info.binning_x) + "\n" + member("binning_y", info.binning_y) +
+         "\nroi: {" + member("x_offset", info.roi_x) + ", " + member("y_offset", info.roi_y) +
+         ", " + member("height", info.roi_height) + ", " + member("width", info.roi_width) + "}\n";
 }
 
 bool IsRosBag(const std::string& path) {

@@ -126,7 +126,8 @@ Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
     if (!stamps) return Error{path + ": " + stamps.error().message};
     if (stamps->stamps_ns.size() < 2) return NoVideo(path);
     if (const Status whole = CheckWhole(path, *times, *stamps); !whole) return whole.error();
-    if (options.use_detections) return Error{path + ": a video has no detections to use"};
+    if (options.use_detections)
+      return Error{path + ": a video has no detections to use: leave out --use_detections"};
     cv::VideoCapture capture;
     if (!OpenVideo(path, &capture)) return NoVideo(path);
     std::vector<std::string> notes = NotesOn(path, *times, *stamps);

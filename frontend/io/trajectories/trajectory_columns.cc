@@ -187,7 +187,7 @@ Result<TrajectoryColumns> ByNumber(const TextGrid& grid, const std::string& path
   }
   if (columns == 3 || columns == 4) {
     return Error{place + "positions alone cannot be compared with: expected t x y z qx qy qz qw, " +
-                 "got " + std::to_string(columns) + " fields"};
+                 "got " + std::to_string(columns) + " fields: export attitudes, too"};
   }
   return Error{place + "expected t x y z qx qy qz qw, or names over the columns, got " +
                std::to_string(columns) + " fields"};

@@ -229,7 +229,7 @@ Status CheckBagRecords(const std::string& path) {
   const auto fault = BagCheck().Fault(bytes);
   if (!fault) return Ok();
   return Error{path + ": a damaged bag, or one whose recording was not ended: the record at byte " +
-               std::to_string(*fault) + " does not add up"};
+               std::to_string(*fault) + " does not add up: rosbag reindex saves what is whole"};
 }
 
 }  // namespace tagtwist::internal

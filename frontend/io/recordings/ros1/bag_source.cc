@@ -227,7 +227,8 @@ Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::str
 
 Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
                                                   const DataSourceOptions& options) {
-  if (options.use_detections) return Error{path + ": a bag has no detections to use"};
+  if (options.use_detections)
+    return Error{path + ": a bag has no detections to use: leave out --use_detections"};
   if (const auto sound = CheckBagRecords(path); !sound) return sound.error();
   console_bridge::noOutputHandler();  // rosbag would print besides
   try {

@@ -26,6 +26,10 @@ struct MessagePlace {
   bool in_chunk = false;
 };
 
+Error DamagedMcap(const std::string& path) {
+  return Error{path + ": a damaged MCAP file: mcap recover saves what is whole"};
+}
+
 constexpr size_t kMessageHead = 22;  // channel, sequence and two times
 
 class File {
@@ -64,7 +68,7 @@ class McapCursor : public Ros2Cursor {
       content = std::string_view(chunk_).substr(place.chunk_offset, place.size);
     } else {
       own = file_.Read(place.file_offset, place.size);
-      if (!own) return Error{path_ + ": a damaged MCAP file"};
+      if (!own) return DamagedMcap(path_);
       content = *own;
     }
     content.remove_prefix(kMessageHead);
@@ -77,7 +81,7 @@ class McapCursor : public Ros2Cursor {
     if (offset == loaded_) return Ok();
     const auto head = file_.Read(offset - 8, 8);
     const auto packed = head ? file_.Read(offset, McapBytes(*head).Take<uint64_t>()) : std::nullopt;
-    if (!packed) return Error{path_ + ": a damaged MCAP file"};
+    if (!packed) return DamagedMcap(path_);
     auto chunk = UnpackMcapChunk(*packed);
     if (!chunk) return Error{path_ + ": " + chunk.error().message};
     chunk_ = std::move(*chunk);
@@ -102,7 +106,7 @@ class McapBag : public Ros2Bag {
     const uint64_t end = file.size();
     const auto first = file.Read(0, kMagic.size());
     const auto last = end < 2 * kMagic.size() ? std::nullopt : file.Read(end - kMagic.size(), 8);
-    if (!first || !last || !IsMagic(*first)) return Error{path_ + ": a damaged MCAP file"};
+    if (!first || !last || !IsMagic(*first)) return DamagedMcap(path_);
     if (!IsMagic(*last)) {
       return Error{path_ + ": an MCAP file that is cut or was not ended: mcap recover saves what " +
                    "is there"};
@@ -110,15 +114,15 @@ class McapBag : public Ros2Bag {
     uint64_t offset = kMagic.size();
     while (offset < end - kMagic.size()) {
       const auto head = file.Read(offset, kRecordHead);
-      if (!head) return Error{path_ + ": a damaged MCAP file"};
+      if (!head) return DamagedMcap(path_);
       McapBytes bytes(*head);
       const auto opcode = bytes.Take<uint8_t>();
       const auto size = bytes.Take<uint64_t>();
       offset += kRecordHead;
-      if (size > end - kMagic.size() - offset) return Error{path_ + ": a damaged MCAP file"};
+      if (size > end - kMagic.size() - offset) return DamagedMcap(path_);
       if (opcode >= kSchema && opcode <= kChunk) {
         const auto content = file.Read(offset, size);
-        if (!content) return Error{path_ + ": a damaged MCAP file"};
+        if (!content) return DamagedMcap(path_);
         if (const Status taken = Take(opcode, *content, offset, {}); !taken) return taken;
       }
       offset += size;
@@ -178,7 +182,7 @@ class McapBag : public Ros2Bag {
         places_.push_back(place);
       }
     }
-    return bytes.Good() ? Ok() : Status(Error{path_ + ": a damaged MCAP file"});
+    return bytes.Good() ? Ok() : Status(DamagedMcap(path_));
   }
 
   Status TakeChunk(std::string_view content, uint64_t offset) {

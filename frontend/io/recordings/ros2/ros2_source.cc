@@ -71,7 +71,8 @@ class Ros2Source : public DataSource {
     const auto fits = options_.use_detections ? IsRos2Tags : IsRos2Image;
     const Names topics = Ros2TopicsThat(bags_, fits);
     if (options_.use_detections && topics.empty()) {
-      return Error{path_ + ": no topic of the bag has detections to use"};
+      return Error{path_ +
+                   ": no topic of the bag has detections to use: leave out --use_detections"};
     }
     const auto topic = ChooseImageTopic(topics, options_.topic);
     if (!topic) return Error{path_ + ": " + topic.error().message};
