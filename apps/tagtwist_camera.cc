@@ -1,5 +1,4 @@
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 
 #include <cstdint>
 #include <cstdlib>
@@ -12,6 +11,7 @@
 
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
+#include "apps/support/limits_flag.h"
 #include "apps/support/usage.h"
 #include "estimator/jobs/camera/find_camera.h"
 #include "estimator/jobs/camera/guide_camera.h"
@@ -58,7 +58,8 @@ Usage CameraUsage() {
   usage.groups = {
       {"What to read",
        {"from", "topic", "use_detections", "image_size", "map", "tag_size_m", "tag_family"}},
-      {"What to write", {"output", "picture", "accept_poor"}}};
+      {"What to write", {"output", "picture", "accept_poor"}},
+      {"Running", {"limits"}}};
   usage.examples = {{"A webcam, before a sheet that is tilted about before it",
                      "tagtwist_camera --from sheet.mp4 --map april_6x6.yaml --output camera.yaml"},
                     {"The same live; it says what to show next",
@@ -88,8 +89,9 @@ std::optional<std::pair<int, int>> ImageSizeOf(const std::string& text) {
   return std::pair(static_cast<int>(*width), static_cast<int>(*height));
 }
 
-CameraJob JobOfFlags() {
+CameraJob JobOfFlags(const Limits& limits) {
   CameraJob job;
+  job.limits = limits;
   job.recording = FLAGS_from;
   job.topic = FLAGS_topic;
   job.use_detections = FLAGS_use_detections;
@@ -100,25 +102,25 @@ CameraJob JobOfFlags() {
 }
 
 // A live camera, or a recording.
-Result<LensFound> Find(const TagMap& map, CleanEnd* end) {
-  const CameraJob job = JobOfFlags();
+Result<LensFound> Find(const TagMap& map, const Limits& limits, CleanEnd* end) {
+  const CameraJob job = JobOfFlags(limits);
   if (!IsCamera(job.recording)) return FindCamera(job, map);
   Camera wanted;
   wanted.width = job.width > 0 ? job.width : 640;
   wanted.height = job.width > 0 ? job.height : 480;
-  auto camera = OpenCameraSource(job.recording, wanted, SteadyNowNs);
+  auto camera = OpenCameraSource(job.recording, wanted, SteadyNowNs, limits);
   if (!camera) return camera.error();
   const auto tell = [](const std::string& line) { std::cout << line << std::endl; };
   return GuideCamera(job, map, camera->get(), {tell, end->AskFirst()});
 }
 
-Status Run(CleanEnd* end) {
+Status Run(const Limits& limits, CleanEnd* end) {
   if (const auto kept = CheckInputsAreKept(); !kept) return kept;
   TagMapFile file{FLAGS_map, {}, FLAGS_tag_family};
   if (FLAGS_tag_size_m > 0) file.tag_size_m = FLAGS_tag_size_m;
-  const auto map = ReadTagMapFile(file);
+  const auto map = ReadTagMapFile(file, limits);
   if (!map) return map.error();
-  const auto found = Find(*map, end);
+  const auto found = Find(*map, limits, end);
   if (!found) return found.error();
   std::cout << CameraFoundText(*found);
   if (!FLAGS_picture.empty()) {
@@ -151,10 +153,12 @@ std::string WrongFlags() {
 int Main(int argc, char** argv, const Usage& usage) {
   ParseFlagsOrExit2(argc, argv, usage);
   if (const std::string wrong = WrongFlags(); !wrong.empty()) return Fail(usage, wrong, 2);
+  const auto limits = LimitsFromFlag();
+  if (!limits) return Fail(usage, limits.error().message, 2);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   CleanEnd end(usage, {{FLAGS_output, FLAGS_picture}, ""});
-  const auto done = Run(&end);
+  const auto done = Run(*limits, &end);
   return done ? 0 : Fail(usage, done.error().message);
 }
 
@@ -162,8 +166,6 @@ int Main(int argc, char** argv, const Usage& usage) {
 }  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::internal::Usage usage = tagtwist::internal::CameraUsage();
-  return tagtwist::internal::GuardedMain(
-      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
+  return tagtwist::internal::GuardedMain(argc, argv, tagtwist::internal::CameraUsage,
+                                         tagtwist::internal::Main);
 }

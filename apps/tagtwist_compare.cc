@@ -1,11 +1,11 @@
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 
 #include <iostream>
 
 #include "apps/compare/collect.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
+#include "apps/support/limits_flag.h"
 #include "apps/support/usage.h"
 #include "estimator/report/html/comparison_report.h"
 #include "frontend/base/files/atomic_file.h"
@@ -44,7 +44,8 @@ Usage CompareUsage() {
       "output folder of tagtwist_estimate, a states.csv, or poses as TUM, CSV or EuRoC/ASL.",
       {{"Ground truth", {"ground_truth", "align", "time_offset"}},
        {"Output", {"json", "html"}},
-       {"Many recordings", {"collect", "output", "against", "mix_versions"}}},
+       {"Many recordings", {"collect", "output", "against", "mix_versions"}},
+       {"Running", {"limits"}}},
       /*max_arguments=*/1000,
       {{"Batch against window, with the truth of both",
         "tagtwist_compare batch window --html compare.html"},
@@ -74,17 +75,17 @@ Result<EvaluationOptions> OptionsFromFlags() {
 }
 
 Result<Comparison> ReadAndCompare(const std::vector<std::string>& paths,
-                                  const EvaluationOptions& options) {
+                                  const EvaluationOptions& options, const Limits& limits) {
   std::vector<NamedSeries> series;
   std::vector<TruthSample> truth;
   std::string truth_path = FLAGS_ground_truth;
   if (!truth_path.empty()) {
-    auto read = ReadGroundTruth(truth_path);
+    auto read = ReadGroundTruth(truth_path, limits);
     if (!read) return read.error();
     truth = std::move(*read);
   }
   for (const std::string& path : paths) {
-    auto results = ReadResultsAt(path);
+    auto results = ReadResultsAt(path, limits);
     if (!results) return results.error();
     for (NamedSeries& named : results->series) series.push_back(std::move(named));
     if (truth.empty() && !results->truth.empty()) {
@@ -108,9 +109,10 @@ Status CheckInputsAreKept(const std::vector<std::string>& paths) {
   return Ok();
 }
 
-Status Run(const std::vector<std::string>& paths, const EvaluationOptions& options) {
+Status Run(const std::vector<std::string>& paths, const EvaluationOptions& options,
+           const Limits& limits) {
   if (const auto kept = CheckInputsAreKept(paths); !kept) return kept;
-  const auto comparison = ReadAndCompare(paths, options);
+  const auto comparison = ReadAndCompare(paths, options, limits);
   if (!comparison) return comparison.error();
   if (!FLAGS_json.empty()) {
     const std::string json = FormatComparisonJson(*comparison);
@@ -129,6 +131,8 @@ int Main(int argc, char** argv, const Usage& usage) {
   if (paths.empty()) return Fail(usage, "expected an output folder or a file", 2);
   const auto options = OptionsFromFlags();
   if (!options) return Fail(usage, options.error().message, 2);
+  const auto limits = LimitsFromFlag();
+  if (!limits) return Fail(usage, limits.error().message, 2);
   if (FLAGS_collect) {
     const std::string output = FLAGS_output.empty() ? paths.front() : FLAGS_output;
     const CleanEnd end(usage, {{}, output});
@@ -141,7 +145,7 @@ int Main(int argc, char** argv, const Usage& usage) {
     return Fail(usage, "--output, --against, --mix_versions: expected with --collect", 2);
   }
   const CleanEnd end(usage, {{FLAGS_json, FLAGS_html}, ""});
-  const auto done = Run(paths, *options);
+  const auto done = Run(paths, *options, *limits);
   return done ? 0 : Fail(usage, done.error().message);
 }
 
@@ -149,8 +153,6 @@ int Main(int argc, char** argv, const Usage& usage) {
 }  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::internal::Usage usage = tagtwist::internal::CompareUsage();
-  return tagtwist::internal::GuardedMain(
-      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
+  return tagtwist::internal::GuardedMain(argc, argv, tagtwist::internal::CompareUsage,
+                                         tagtwist::internal::Main);
 }

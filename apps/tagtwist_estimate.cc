@@ -1,4 +1,3 @@
-#include <glog/logging.h>
 #include <sys/resource.h>
 
 #include <cstdlib>
@@ -224,8 +223,6 @@ int Main(int argc, char** argv, const Usage& usage) {
 }  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::internal::Usage usage = tagtwist::internal::EstimateUsage();
-  return tagtwist::internal::GuardedMain(
-      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
+  return tagtwist::internal::GuardedMain(argc, argv, tagtwist::internal::EstimateUsage,
+                                         tagtwist::internal::Main);
 }

@@ -1,11 +1,11 @@
 #include <gflags/gflags.h>
-#include <glog/logging.h>
 
 #include <iostream>
 
 #include "apps/map/map_pdf.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
+#include "apps/support/limits_flag.h"
 #include "apps/support/usage.h"
 #include "estimator/evaluation/plausibility.h"
 #include "estimator/jobs/in_order.h"
@@ -55,7 +55,8 @@ Usage MapUsage() {
       {"The map", {"check", "map", "tag_size_m", "tag_family"}},
       {"Making one",
        {"from", "config", "camera_file", "camera", "root_tag", "topic", "use_detections"}},
-      {"What to write", {"render", "paper", "output"}}};
+      {"What to write", {"render", "paper", "output"}},
+      {"Running", {"limits"}}};
   usage.examples = {
       {"A map to print, in true size", "tagtwist_map --map mat.yaml --render mat.pdf"},
       {"A map of tags that nobody surveyed",
@@ -86,15 +87,15 @@ std::string WrongFlags() {
   return "";
 }
 
-Result<TagMap> Read(const std::string& path) {
+Result<TagMap> Read(const std::string& path, const Limits& limits) {
   TagMapFile file{path, {}, FLAGS_tag_family};
   if (FLAGS_tag_size_m > 0) file.tag_size_m = FLAGS_tag_size_m;
-  return ReadTagMapFile(file);
+  return ReadTagMapFile(file, limits);
 }
 
-Status MakeMap() {
+Status MakeMap(const Limits& limits) {
   const auto config =
-      LoadConfig(ConfigFiles{FLAGS_config, FLAGS_camera_file, FLAGS_camera, {}, {}});
+      LoadConfig(ConfigFiles{FLAGS_config, FLAGS_camera_file, FLAGS_camera, {}, {}, limits});
   if (!config) return config.error();
   MapJob job;
   job.recording = FLAGS_from;
@@ -123,11 +124,11 @@ Status CheckInputsAreKept() {
   return files.WritesStandardOutput();
 }
 
-Status Run() {
+Status Run(const Limits& limits) {
   if (const auto kept = CheckInputsAreKept(); !kept) return kept;
-  if (!FLAGS_from.empty()) return MakeMap();
+  if (!FLAGS_from.empty()) return MakeMap(limits);
   if (!FLAGS_check.empty()) {
-    const auto map = Read(FLAGS_check);
+    const auto map = Read(FLAGS_check, limits);
     if (!map) return map.error();
     std::cout << FLAGS_check << ": " << DescribeMap(*map) << "\n";
     for (const Fault& fault : ImplausibleMap(*map)) {
@@ -137,7 +138,7 @@ Status Run() {
   }
   if (FLAGS_render.empty()) return Ok();
   const std::string& source = FLAGS_map.empty() ? FLAGS_check : FLAGS_map;
-  const auto map = Read(source);
+  const auto map = Read(source, limits);
   if (!map) return map.error();
   const auto picture =
       IsPdf(FLAGS_render) ? MapPdf(*map, *PaperOf(FLAGS_paper), source) : MapSvg(*map);
@@ -149,8 +150,10 @@ int Main(int argc, char** argv, const Usage& usage) {
   ParseFlagsOrExit2(argc, argv, usage);
   const std::string wrong = WrongFlags();
   if (!wrong.empty()) return Fail(usage, wrong, 2);
+  const auto limits = LimitsFromFlag();
+  if (!limits) return Fail(usage, limits.error().message, 2);
   const CleanEnd end(usage, {{FLAGS_render, FLAGS_output}, ""});
-  const auto done = Run();
+  const auto done = Run(*limits);
   return done ? 0 : Fail(usage, done.error().message);
 }
 
@@ -158,8 +161,6 @@ int Main(int argc, char** argv, const Usage& usage) {
 }  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::internal::Usage usage = tagtwist::internal::MapUsage();
-  return tagtwist::internal::GuardedMain(
-      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
+  return tagtwist::internal::GuardedMain(argc, argv, tagtwist::internal::MapUsage,
+                                         tagtwist::internal::Main);
 }

@@ -1,4 +1,3 @@
-#include <glog/logging.h>
 
 #include <algorithm>
 #include <iostream>
@@ -66,8 +65,6 @@ int Main(int argc, char** argv, const Usage& usage) {
 }  // namespace tagtwist::internal
 
 int main(int argc, char** argv) {
-  google::InitGoogleLogging(argv[0]);
-  const tagtwist::internal::Usage usage = tagtwist::internal::SimulateUsage();
-  return tagtwist::internal::GuardedMain(
-      usage, [&] { return tagtwist::internal::Main(argc, argv, usage); });
+  return tagtwist::internal::GuardedMain(argc, argv, tagtwist::internal::SimulateUsage,
+                                         tagtwist::internal::Main);
 }

@@ -4,6 +4,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   # values
   frontend/base/files/input_digest.h
   frontend/base/for_ranges.h
+  frontend/base/limits.h
   frontend/base/named_enum.h
   frontend/base/ratio_statistic.h
   frontend/base/result.h

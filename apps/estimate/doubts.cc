@@ -48,6 +48,7 @@ std::optional<Fault> OtherTags(const EstimateJob& job, const Config& config,
   if (families.empty()) return std::nullopt;
   DataSourceOptions options;
   options.topic = job.topic;
+  options.limits = job.config.limits;
   auto source = OpenDataSource(job.dataset, options);
   if (!source) return std::nullopt;
   return FindOtherTags(source->get(), config.set_up.map, families);

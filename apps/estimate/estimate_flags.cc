@@ -198,7 +198,7 @@ Usage EstimateUsage() {
       {"Noise (learned from the data unless given)",
        {"corner_sigma_px", "track_sigma_px", "motion_prior", "accel_psd", "angular_accel_psd",
         "jerk_psd", "angular_jerk_psd"}},
-      {"Running", {"threads", "fail_on"}}};
+      {"Running", {"threads", "fail_on", "limits"}}};
   usage.implied = {{"page", "8765"}};
   usage.repeated = {"publish"};
   usage.examples = {

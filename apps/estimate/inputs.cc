@@ -91,7 +91,7 @@ Status ReadTruth(const EstimateJob& job, const DataSource& source, Inputs* out,
     *origin = source.truth_origin().empty() ? "the recording's own" : source.truth_origin();
     return Ok();
   }
-  auto file = ReadTrajectoryFile(job.ground_truth, job.truth_topic);
+  auto file = ReadTrajectoryFile(job.ground_truth, job.truth_topic, job.config.limits);
   if (!file) return file.error();
   out->truth = std::move(file->samples);
   out->warnings.insert(out->warnings.end(), file->notes.begin(), file->notes.end());

@@ -14,6 +14,7 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
   if (!job.map_unknown_tags) {
     options = RecordingOptions(config, job.run.use_detections, job.read_images);
   }
+  options.limits = config.limits;
   options.topic = job.topic;
   if (job.ground_truth.empty()) options.truth_topic = job.truth_topic;
   return options;
@@ -36,9 +37,9 @@ Result<std::unique_ptr<DataSource>> OpenPart(const EstimateJob& job,
 }  // namespace
 
 Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config) {
-  return IsCamera(job.dataset)
-             ? OpenCameraSource(job.dataset, config.set_up.rig.front().camera, SteadyNowNs)
-             : OpenPart(job, SourceOptions(job, config));
+  return IsCamera(job.dataset) ? OpenCameraSource(job.dataset, config.set_up.rig.front().camera,
+                                                  SteadyNowNs, config.limits)
+                               : OpenPart(job, SourceOptions(job, config));
 }
 
 namespace {

@@ -154,7 +154,7 @@ Usage SimulateUsage() {
        {"Detections and faults",
         {"line_time_s", "corner_noise_px", "hidden_fraction", "wrong_id_fraction", "hide_tags_from",
          "hide_tags_to"}},
-       {"Running", {"seed", "threads"}}},
+       {"Running", {"seed", "threads", "limits"}}},
       /*max_arguments=*/0,
       {{"A flight over the course's mat",
         "tagtwist_simulate --output flight --trajectory figure8 --duration 10"},

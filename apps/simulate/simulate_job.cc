@@ -36,8 +36,8 @@ std::optional<std::string> SimulateJob::Problem() const {
   return std::nullopt;
 }
 
-Result<std::vector<int64_t>> ReadImageTimes(const std::string& path) {
-  const auto table = CsvTable::Read(path);
+Result<std::vector<int64_t>> ReadImageTimes(const std::string& path, const Limits& limits) {
+  const auto table = CsvTable::Read(path, limits);
   if (!table) return table.error();
   const auto column = table->RequireColumns({"t"});
   if (!column) return column.error();
@@ -67,7 +67,7 @@ Result<SplineTrajectory> PrepareTrajectory(const SimulateJob& job, const TagMap&
     return Error{job.trajectory + ": no such file, and no flight of that name (" + known.substr(2) +
                  ")"};
   }
-  const auto poses = ReadGroundTruth(job.trajectory);
+  const auto poses = ReadGroundTruth(job.trajectory, job.config.limits);
   if (!poses) return poses.error();
   auto trajectory = SplineTrajectory::Fit(*poses, {});
   if (!trajectory) return Error{job.trajectory + ": " + trajectory.error().message};
@@ -85,7 +85,7 @@ Result<std::vector<int64_t>> PrepareStamps(const SimulateJob& job,
   if (job.image_times.empty()) {
     return MakeStamps(first_ns, last_ns, {job.rate_hz, job.jitter_s, job.simulator.random_seed});
   }
-  const auto stamps = ReadImageTimes(job.image_times);
+  const auto stamps = ReadImageTimes(job.image_times, job.config.limits);
   if (!stamps) return stamps.error();
   std::vector<int64_t> out;
   std::copy_if(stamps->begin(), stamps->end(), std::back_inserter(out),

@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "apps/support/limits_flag.h"
 #include "frontend/base/number_text.h"
 
 DEFINE_string(
@@ -54,7 +55,10 @@ Result<ConfigFiles> ConfigFilesFromFlags() {
     return Error{"--tag_size_m: expected > 0, got " + std::to_string(FLAGS_tag_size_m)};
   }
   ConfigFiles files{
-      FLAGS_config, FLAGS_camera_file, FLAGS_camera, {FLAGS_map, {}, FLAGS_tag_family}, {}};
+      FLAGS_config, FLAGS_camera_file, FLAGS_camera, {FLAGS_map, {}, FLAGS_tag_family}, {}, {}};
+  const auto limits = LimitsFromFlag();
+  if (!limits) return limits.error();
+  files.limits = *limits;
   if (const Status read = ReadMovableTags(&files.movable_tags); !read) return read.error();
   if (FLAGS_tag_size_m > 0) files.map.tag_size_m = FLAGS_tag_size_m;
   return files;

@@ -1,10 +1,13 @@
 #include "apps/support/guarded_main.h"
 
 #include <fcntl.h>
+#include <glog/logging.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -37,21 +40,31 @@ Status CheckStandardOutput() {
                (told ? ": " + std::generic_category().message(errno) : std::string())};
 }
 
+// Takes no memory: there may be none.
+int FailBare(const char* program, const char* message) {
+  const char* const slash = std::strrchr(program, '/');
+  std::fprintf(stderr, "%s: %s\n", slash == nullptr ? program : slash + 1, message);
+  return 1;
+}
+
 }  // namespace
 
-int GuardedMain(const Usage& usage, const std::function<int()>& body) {
+int GuardedMain(int argc, char** argv, Usage (*usage)(),
+                int (*body)(int argc, char** argv, const Usage& usage)) {
   OpenStandardDescriptors();
   try {
-    const int status = body();
+    google::InitGoogleLogging(argv[0]);
+    const Usage known = usage();
+    const int status = body(argc, argv, known);
     if (status != 0) return status;
     const auto written = CheckStandardOutput();
-    return written ? 0 : Fail(usage, written.error().message);
+    return written ? 0 : Fail(known, written.error().message);
   } catch (const std::bad_alloc&) {
-    return Fail(usage, "out of memory");
+    return FailBare(argv[0], "out of memory");
   } catch (const std::exception& fault) {
-    return Fail(usage, "cannot go on: " + OneLine(fault.what()));
+    return FailBare(argv[0], ("cannot go on: " + OneLine(fault.what())).c_str());
   } catch (...) {
-    return Fail(usage, "cannot go on: an unknown fault");
+    return FailBare(argv[0], "cannot go on: an unknown fault");
   }
 }
 

@@ -33,8 +33,8 @@ Result<Mapping> MapRecording(const MapJob& job, const Config& config) {
   auto all = AllTags(job.mapping, config.movable_tags);
   if (!all) return all.error();
   any.set_up.map = std::move(*all);
-  auto source =
-      OpenDataSource(job.recording, {job.use_detections, !job.use_detections, {}, job.topic});
+  auto source = OpenDataSource(
+      job.recording, {job.use_detections, !job.use_detections, {}, job.topic, {}, config.limits});
   if (!source) return source.error();
   RunOptions options;
   options.use_detections = job.use_detections;

@@ -31,7 +31,7 @@ std::string BesideFile(const std::string& file, const std::string& name) {
 // Sets the camera and, unless the configuration has one, the mount.
 Status TakeCamera(const std::string& path, const std::string& name, bool has_mount,
                   Config* config) {
-  const Result<CameraFile> file = ReadCameraFile(path, name);
+  const Result<CameraFile> file = ReadCameraFile(path, name, config->limits);
   if (!file) return file.error();
   RigCamera& camera = config->set_up.rig.front();
   camera.camera = file->camera;
@@ -67,7 +67,7 @@ Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
   return TakeCamera(BesideFile(node.file, file), name, has_mount, config);
 }
 
-Result<TagMap> ReadMapSection(const YamlValue& node) {
+Result<TagMap> ReadMapSection(const YamlValue& node, const Limits& limits) {
   YamlSection section(node);
   TagMapFile file;
   section("file", file.path);
@@ -80,7 +80,7 @@ Result<TagMap> ReadMapSection(const YamlValue& node) {
   section("family", file.family);
   if (Status status = section.Finish(); !status) return status.error();
   file.path = BesideFile(node.file, file.path);
-  return ReadTagMapFile(file);
+  return ReadTagMapFile(file, limits);
 }
 
 Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
@@ -144,15 +144,17 @@ Config DefaultConfig() {
 }
 
 Result<Config> LoadConfig(const std::string& path) {
-  return LoadConfig(ConfigFiles{path, "", "", {}, {}});
+  return LoadConfig(ConfigFiles{path, "", "", {}, {}, {}});
 }
 
 Result<Config> LoadConfig(const ConfigFiles& files) {
   YamlValue nothing;
   nothing.kind = YamlValue::Kind::kMapping;
-  const Result<YamlValue> root = files.config.empty() ? nothing : ReadYaml(files.config);
+  const Result<YamlValue> root =
+      files.config.empty() ? nothing : ReadYaml(files.config, files.limits);
   if (!root) return root.error();
   Config config = DefaultConfig();
+  config.limits = files.limits;
   YamlSection sections(*root);
   const YamlValue* camera = sections.Find("camera");
   const YamlValue* mount = sections.Find("cam_from_body");
@@ -170,8 +172,8 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   if (map_node != nullptr || !files.map.path.empty()) {
     config.origins.map = files.map.path.empty() ? map_node->file : files.map.path;
     config.origins.map_is_assumed = false;
-    Result<TagMap> map =
-        files.map.path.empty() ? ReadMapSection(*map_node) : ReadTagMapFile(files.map);
+    Result<TagMap> map = files.map.path.empty() ? ReadMapSection(*map_node, files.limits)
+                                                : ReadTagMapFile(files.map, files.limits);
     if (map) {
       config.set_up.map = std::move(*map);
     } else {

@@ -4,6 +4,7 @@
 
 #include "estimator/calibration/options.h"
 #include "estimator/graph/estimator_options.h"
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/front_end.h"
 #include "frontend/io/setup/tag_map_file.h"
@@ -26,6 +27,7 @@ struct Config {
   EstimatorOptions estimator;
   CalibrationOptions calibration;
   SetUpOrigins origins;
+  Limits limits = {};  // of the recording's files
 };
 
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.
@@ -38,6 +40,7 @@ struct ConfigFiles {
   std::string camera_name;  // which of its cameras
   TagMapFile map;           // before the configuration's tag map
   std::vector<int> movable_tags = {};  // besides the configuration's
+  Limits limits = {};                  // of these files, and of what is read by Config.limits
 };
 
 /// Reads a configuration (docs/formats.md). Sections and keys that are left out keep their

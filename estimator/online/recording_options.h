@@ -10,6 +10,7 @@ inline DataSourceOptions RecordingOptions(const Config& config, bool use_detecti
                                           bool read_images) {
   DataSourceOptions options{use_detections, read_images, config.movable_tags};
   for (const Tag& tag : config.set_up.map.tags()) options.known_tag_ids.push_back(tag.id);
+  options.limits = config.limits;
   return options;
 }
 

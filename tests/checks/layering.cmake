@@ -15,7 +15,7 @@ set(table
   "frontend/flow        | frontend/geometry                         | opencv2"
   "frontend             | frontend/tags frontend/flow               | opencv2"
   "frontend/simulation  | frontend/types                            | opencv2"
-  "frontend/io          | frontend/types                            | opencv2 matio.h hdf5.h zlib.h yaml-cpp tinyxml2.h ros ffmpeg sqlite3.h lz4frame.h zstd.h fastcdr"
+  "frontend/io          | frontend/types                            | opencv2 matio.h hdf5.h zlib.h png.h yaml-cpp tinyxml2.h ros ffmpeg sqlite3.h lz4frame.h zstd.h fastcdr"
   "residuals            | frontend/types                            | ceres"
   "estimator/linear     | residuals frontend/geometry               | ceres"
   "estimator/graph      | estimator/linear                          | ceres"

@@ -1,6 +1,8 @@
 #pragma once
 #include <string>
 
+#include "frontend/base/limits.h"
+
 namespace tagtwist::internal {
 
 /// A recording of tags of a known layout by a camera of which nothing is known.
@@ -10,6 +12,7 @@ struct CameraJob {
   int width = 0, height = 0;     // [px], of a recording without images
   bool accepts_poor = false;     // calibrates although the views speak against it
   int threads = 1;
+  Limits limits = {};  // of its files
 };
 
 }  // namespace tagtwist::internal

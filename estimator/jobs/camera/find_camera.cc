@@ -26,8 +26,8 @@ size_t StepOf(size_t n_frames, const cv::Mat& image) {
 
 // Places spread over the recording, with the frame that follows each.
 Result<Looks> LookAt(const CameraJob& job) {
-  auto source =
-      OpenDataSource(job.recording, {job.use_detections, !job.use_detections, {}, job.topic});
+  auto source = OpenDataSource(
+      job.recording, {job.use_detections, !job.use_detections, {}, job.topic, {}, job.limits});
   if (!source) return source.error();
   const size_t n = (*source)->stamps_ns().size();
   Progress progress("looking", n);

@@ -23,8 +23,8 @@ bool IsStatesCsv(const std::string& path) {
   return header.find("cf_x") != std::string::npos || header.find("sigma_") != std::string::npos;
 }
 
-Result<PoseSeries> ReadPoses(const std::string& path) {
-  const auto samples = ReadGroundTruth(path);
+Result<PoseSeries> ReadPoses(const std::string& path, const Limits& limits) {
+  const auto samples = ReadGroundTruth(path, limits);
   if (!samples) return samples.error();
   PoseSeries out;
   for (const TruthSample& s : *samples) {
@@ -34,24 +34,24 @@ Result<PoseSeries> ReadPoses(const std::string& path) {
 }
 
 // states.csv and the covariance file that belongs to it: "states_x.csv", "covariance_x.csv".
-Result<StatesFile> ReadStates(const fs::path& path) {
-  auto states = ReadStatesCsv(path.string());
+Result<StatesFile> ReadStates(const fs::path& path, const Limits& limits) {
+  auto states = ReadStatesCsv(path.string(), limits);
   if (!states) return states;
   std::string name = path.filename().string();
   if (name.rfind("states", 0) != 0) return states;
   const fs::path covariance = path.parent_path() / name.replace(0, 6, "covariance");
   if (!Exists(covariance)) return states;
-  if (auto read = ReadCovarianceCsv(covariance.string(), &states->states); !read) {
+  if (auto read = ReadCovarianceCsv(covariance.string(), &states->states, limits); !read) {
     return read.error();
   }
   return states;
 }
 
-Status ReadTruthBeside(const fs::path& folder, ReadResults* out) {
+Status ReadTruthBeside(const fs::path& folder, const Limits& limits, ReadResults* out) {
   for (const char* name : {"ground_truth_states.csv", "ground_truth.tum"}) {
     const fs::path path = folder / name;
     if (!Exists(path)) continue;
-    auto truth = ReadGroundTruth(path.string());
+    auto truth = ReadGroundTruth(path.string(), limits);
     if (!truth) return truth.error();
     out->truth = std::move(*truth);
     out->truth_path = path.string();
@@ -60,12 +60,13 @@ Status ReadTruthBeside(const fs::path& folder, ReadResults* out) {
   return Ok();
 }
 
-Status ReadFolder(const fs::path& folder, const std::string& name, ReadResults* out) {
-  auto states = ReadStates(folder / "states.csv");
+Status ReadFolder(const fs::path& folder, const std::string& name, const Limits& limits,
+                  ReadResults* out) {
+  auto states = ReadStates(folder / "states.csv", limits);
   if (!states) return states.error();
   if (states->closed_form.empty() && Exists(folder / "closed_form.tum")) {
     // A run whose every frame lacks a closed form leaves a file with no pose, which is no error.
-    if (auto poses = ReadPoses((folder / "closed_form.tum").string())) {
+    if (auto poses = ReadPoses((folder / "closed_form.tum").string(), limits)) {
       states->closed_form = std::move(*poses);
     }
   }
@@ -76,7 +77,7 @@ Status ReadFolder(const fs::path& folder, const std::string& name, ReadResults* 
   out->series.push_back(
       {name + (window ? ": optimised, lag 0" : ": optimised"), std::move(states->states)});
   if (!window) return Ok();
-  auto lagged = ReadStates(folder / "states_lagged.csv");
+  auto lagged = ReadStates(folder / "states_lagged.csv", limits);
   if (!lagged) return lagged.error();
   out->series.push_back({name + ": optimised, lagged", std::move(lagged->states)});
   return Ok();
@@ -105,7 +106,7 @@ std::vector<std::string> FilesReadAt(const std::string& path) {
   return out;
 }
 
-Result<ReadResults> ReadResultsAt(const std::string& path) {
+Result<ReadResults> ReadResultsAt(const std::string& path, const Limits& limits) {
   ReadResults out;
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
@@ -117,20 +118,21 @@ Result<ReadResults> ReadResultsAt(const std::string& path) {
           ": a run was ended while it replaced these results, or is about to; the next run "
           "that writes there completes them"};
     }
-    if (auto read = ReadFolder(folder, folder.string(), &out); !read) return read.error();
-    if (auto read = ReadTruthBeside(folder, &out); !read) return read.error();
+    if (auto read = ReadFolder(folder, folder.string(), limits, &out); !read) return read.error();
+    if (auto read = ReadTruthBeside(folder, limits, &out); !read) return read.error();
     return out;
   }
   if (IsStatesCsv(path)) {
-    auto states = ReadStates(path);
+    auto states = ReadStates(path, limits);
     if (!states) return states.error();
     out.series.push_back({path, std::move(states->states)});
   } else {
-    auto poses = ReadPoses(path);
+    auto poses = ReadPoses(path, limits);
     if (!poses) return poses.error();
     out.series.push_back({path, std::move(*poses)});
   }
-  if (auto read = ReadTruthBeside(fs::path(path).parent_path(), &out); !read) return read.error();
+  if (auto read = ReadTruthBeside(fs::path(path).parent_path(), limits, &out); !read)
+    return read.error();
   return out;
 }
 

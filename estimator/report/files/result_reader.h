@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "estimator/evaluation/pose_series.h"
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/types/body_state.h"
 
@@ -24,7 +25,7 @@ struct ReadResults {
 /// Reads an output folder of tagtwist_estimate (states.csv, states_lagged.csv, closed_form.tum,
 /// ground truth, covariances where they are), a states.csv with the covariance.csv beside it, or
 /// any file of poses that ReadGroundTruth knows.
-Result<ReadResults> ReadResultsAt(const std::string& path);
+Result<ReadResults> ReadResultsAt(const std::string& path, const Limits& limits = {});
 
 /// Files that ReadResultsAt may read, whether they are there or not.
 std::vector<std::string> FilesReadAt(const std::string& path);

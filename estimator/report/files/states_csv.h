@@ -4,6 +4,7 @@
 
 #include "estimator/evaluation/pose_series.h"
 #include "estimator/result/estimate.h"
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
@@ -31,9 +32,9 @@ struct StatesFile {
 
 /// Reads states.csv: the state's columns are required, those of the closed form and of the standard
 /// deviations are not. "out/states.csv:12: vx_world: expected a finite number, got 'x'".
-Result<StatesFile> ReadStatesCsv(const std::string& path);
+Result<StatesFile> ReadStatesCsv(const std::string& path, const Limits& limits = {});
 
 /// Sets the covariance of every pose that covariance.csv has a row of the same stamp for.
-Status ReadCovarianceCsv(const std::string& path, PoseSeries* series);
+Status ReadCovarianceCsv(const std::string& path, PoseSeries* series, const Limits& limits = {});
 
 }  // namespace tagtwist::internal

@@ -84,8 +84,8 @@ Status AppendRow(const CsvTable& table, size_t row, const std::array<Columns, 5>
 
 }  // namespace
 
-Result<StatesFile> ReadStatesCsv(const std::string& path) {
-  const auto table = CsvTable::Read(path);
+Result<StatesFile> ReadStatesCsv(const std::string& path, const Limits& limits) {
+  const auto table = CsvTable::Read(path, limits);
   if (!table) return table.error();
   std::vector<std::string> required = {"t"};
   required.insert(required.end(), kPose.begin(), kPose.end());
@@ -106,8 +106,8 @@ Result<StatesFile> ReadStatesCsv(const std::string& path) {
   return out;
 }
 
-Status ReadCovarianceCsv(const std::string& path, PoseSeries* series) {
-  const auto table = CsvTable::Read(path);
+Status ReadCovarianceCsv(const std::string& path, PoseSeries* series, const Limits& limits) {
+  const auto table = CsvTable::Read(path, limits);
   if (!table) return table.error();
   std::vector<std::string> names = {"t"};
   for (size_t i = 0; i < 12; ++i) {

@@ -14,8 +14,6 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr int kWriterWaitMs = 1500;  // for a pipe's writer, which may start a moment later
-
 // A descriptor that is closed with its scope.
 class Descriptor {
  public:
@@ -36,9 +34,18 @@ Error InputError(const std::string& path, const std::string& what, int error_num
   return Error{path + ": " + what + ": " + std::generic_category().message(error_number)};
 }
 
-Error TooLarge(const std::string& path, int64_t most) {
-  return Error{path + ": is larger than " + std::to_string(most / 1'000'000) + " MB"};
+// What is read at most, and the limit's name; none where it is the format's own.
+struct Bound {
+  int64_t bytes;
+  const char* name;
+};
+
+Error TooLarge(const std::string& path, const Bound& bound) {
+  return Error{path + ": is larger than " + std::to_string(bound.bytes / 1'000'000) + " MB" +
+               (bound.name == nullptr ? "" : RaisesLimit(bound.name))};
 }
+
+int Milliseconds(double seconds) { return static_cast<int>(std::min(1e3 * seconds, 1e9)); }
 
 Error NoFile(const std::string& path, const char* kind) {
   return Error{path + ": expected a file, got " + kind};
@@ -66,10 +73,11 @@ int ReadRegular(int descriptor, int64_t most, std::string* out) {
 }
 
 // A pipe's read returns nothing, too, as long as no writer has opened it.
-Status ReadPipe(const std::string& path, int descriptor, int64_t most, double idle_s,
+Status ReadPipe(const std::string& path, int descriptor, int64_t most, const Limits& limits,
                 std::string* out) {
   std::array<char, 65536> buffer;
-  const int idle_ms = static_cast<int>(std::min(1e3 * idle_s, 1e9));
+  const int idle_ms = Milliseconds(limits.pipe_idle_s);
+  const int start_ms = Milliseconds(limits.pipe_start_s);  // a writer may start a moment later
   int waited_ms = 0;
   while (static_cast<int64_t>(out->size()) <= most) {
     const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
@@ -81,7 +89,7 @@ Status ReadPipe(const std::string& path, int descriptor, int64_t most, double id
     if (got < 0 && errno != EAGAIN && errno != EINTR) {
       return InputError(path, "cannot read", errno);
     }
-    if (got == 0 && (!out->empty() || waited_ms >= kWriterWaitMs)) return Ok();
+    if (got == 0 && (!out->empty() || waited_ms >= start_ms)) return Ok();
     if (waited_ms >= idle_ms) return Error{path + ": is a pipe, and nothing comes out of it"};
     constexpr int kStepMs = 20;
     pollfd ready{descriptor, POLLIN, 0};
@@ -93,9 +101,7 @@ Status ReadPipe(const std::string& path, int descriptor, int64_t most, double id
   return Ok();
 }
 
-}  // namespace
-
-Result<std::string> ReadWholeFile(const std::string& path, int64_t most, const Limits& limits) {
+Result<std::string> ReadBounded(const std::string& path, Bound bound, const Limits& limits) {
   const Descriptor file(path);
   struct stat status = {};
   if (file.number() < 0 || ::fstat(file.number(), &status) != 0) {
@@ -104,23 +110,33 @@ Result<std::string> ReadWholeFile(const std::string& path, int64_t most, const L
   const char* const kind = KindOf(status.st_mode);
   std::string content;
   if (kind == nullptr) {
-    if (status.st_size > most) return TooLarge(path, most);
+    if (status.st_size > bound.bytes) return TooLarge(path, bound);
     content.reserve(static_cast<size_t>(status.st_size));
-    const int failure = ReadRegular(file.number(), most, &content);
+    const int failure = ReadRegular(file.number(), bound.bytes, &content);
     if (failure != 0) return InputError(path, "cannot read", failure);
   } else if (S_ISFIFO(status.st_mode)) {
-    most = std::min(most, limits.pipe_bytes);
-    const auto read = ReadPipe(path, file.number(), most, limits.pipe_idle_s, &content);
+    if (limits.pipe_bytes < bound.bytes) bound = {limits.pipe_bytes, "pipe_bytes"};
+    const auto read = ReadPipe(path, file.number(), bound.bytes, limits, &content);
     if (!read) return read.error();
   } else {
     return NoFile(path, kind);
   }
-  if (static_cast<int64_t>(content.size()) > most) return TooLarge(path, most);
+  if (static_cast<int64_t>(content.size()) > bound.bytes) return TooLarge(path, bound);
   return content;
 }
 
+}  // namespace
+
+Result<std::string> ReadWholeFile(const std::string& path, int64_t most, const Limits& limits) {
+  return ReadBounded(path, {most, nullptr}, limits);
+}
+
 Result<std::string> ReadWholeFile(const std::string& path, const Limits& limits) {
-  return ReadWholeFile(path, limits.file_bytes, limits);
+  return ReadBounded(path, {limits.file_bytes, "file_bytes"}, limits);
+}
+
+Result<std::string> ReadTextFile(const std::string& path, const Limits& limits) {
+  return ReadBounded(path, {limits.text_bytes, "text_bytes"}, limits);
 }
 
 std::string FirstBytes(const std::string& path, size_t count) {

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <functional>
+#include <new>
 #include <system_error>
 #include <utility>
 
@@ -78,13 +79,20 @@ std::string PartialName(const std::string& path, int process) {
 Result<Partial> Partial::Make(const std::string& path, Kind kind, const std::string& ending) {
   const std::string name = PartialName(path, ::getpid());
   for (int i = 1; i <= kMostTries; ++i) {
-    const std::string hidden = name + (i > 1 ? "-" + std::to_string(i) : "") + ending;
-    const int descriptor = MakeNew(hidden, kind);
-    if (descriptor < 0 && errno != EEXIST) {
-      return Error{path + ": cannot write: " + std::generic_category().message(errno)};
+    // Named before it is made: no memory has to be found between the making and the return.
+    Partial out(name + (i > 1 ? "-" + std::to_string(i) : "") + ending, -1);
+    const int descriptor = MakeNew(out.path_, kind);
+    const int failure = errno;
+    if (descriptor >= 0 && Lock(descriptor)) {
+      out.descriptor_ = descriptor;
+      return out;
     }
-    if (descriptor >= 0 && Lock(descriptor)) return Partial(hidden, descriptor);
-    if (descriptor >= 0) ::close(descriptor);
+    out.path_.clear();
+    if (descriptor >= 0) {
+      ::close(descriptor);
+    } else if (failure != EEXIST) {
+      return Error{path + ": cannot write: " + std::generic_category().message(failure)};
+    }
   }
   return Error{path + ": cannot write: no free name beside it"};
 }
@@ -102,9 +110,14 @@ Partial& Partial::operator=(Partial&& other) noexcept {
 
 Partial::~Partial() { Remove(); }
 
+// A file goes without memory, of which there may be none.
 void Partial::Remove() {
-  std::error_code ignored;
-  if (!path_.empty()) fs::remove_all(path_, ignored);
+  try {
+    std::error_code ignored;
+    if (!path_.empty() && ::unlink(path_.c_str()) != 0) fs::remove_all(path_, ignored);
+  } catch (const std::bad_alloc&) {
+    // The next run removes it.
+  }
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 

@@ -6,16 +6,21 @@
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "frontend/base/files/input_file.h"
 #include "frontend/io/images/image_header.h"
+#include "frontend/io/images/png_image.h"
 
 namespace tagtwist::internal {
 namespace {
 
 constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
-constexpr uint32_t kMaxSidePx = 1U << 15;  // keeps a damaged size from asking for all memory
+
+bool IsPng(std::string_view bytes) {
+  return bytes.substr(0, kPngSignature.size()) == kPngSignature;
+}
 
 uint32_t BigEndian32(std::string_view bytes) {
   uint32_t value = 0;
@@ -35,10 +40,7 @@ std::optional<std::string> PngFault(std::string_view bytes) {
     if (checksum != BigEndian32(bytes.substr(4 + body.size()))) return "damaged PNG";
     const std::string_view type = body.substr(0, 4);
     if (first != (type == "IHDR")) return "damaged PNG";
-    if (first && (length < 13 || BigEndian32(body.substr(4)) > kMaxSidePx ||
-                  BigEndian32(body.substr(8)) > kMaxSidePx)) {
-      return "damaged PNG";
-    }
+    if (first && length < 13) return "damaged PNG";
     if (type == "IEND") return std::nullopt;
     bytes.remove_prefix(8 + body.size());
   }
@@ -47,7 +49,7 @@ std::optional<std::string> PngFault(std::string_view bytes) {
 
 std::optional<std::string> FormatFault(std::string_view bytes) {
   if (bytes.empty()) return "empty file";
-  if (bytes.substr(0, kPngSignature.size()) == kPngSignature) return PngFault(bytes);
+  if (IsPng(bytes)) return PngFault(bytes);
   if (bytes.substr(0, 3) == "\xFF\xD8\xFF") {
     // The end mark follows the last scan; bytes may follow it, and a preview have marks of its own.
     const size_t scan = bytes.rfind("\xFF\xDA"), end = bytes.rfind("\xFF\xD9");
@@ -64,15 +66,22 @@ std::optional<std::string> FrameSizeFault(uint64_t width, uint64_t height, const
   const auto most = static_cast<uint64_t>(limits.frame_pixels);
   if (width == 0 || height == 0 || width <= most / height) return std::nullopt;
   return "expected at most " + std::to_string(most / 1'000'000) + " million pixels, got " +
-         std::to_string(width) + " x " + std::to_string(height);
+         std::to_string(width) + " x " + std::to_string(height) + RaisesLimit("frame_pixels");
 }
 
 Result<cv::Mat> DecodeGrayImage(const std::string& bytes, const Limits& limits) {
   if (const auto fault = FormatFault(bytes)) return Error{*fault};
-  if (const auto header = ReadImageHeader(bytes)) {
+  const auto header = ReadImageHeader(bytes);
+  if (header) {
     if (const auto fault = FrameSizeFault(header->width, header->height, limits)) {
       return Error{*fault};
     }
+    if (header->least_bytes > bytes.size()) return Error{"truncated PNM"};
+  }
+  if (!header && BeginsAsPnm(bytes)) return Error{"damaged PNM"};
+  if (IsPng(bytes)) {
+    auto png = DecodeGrayPng(bytes);
+    return png ? Result<cv::Mat>(std::move(*png)) : Error{"damaged PNG"};
   }
   cv::Mat image;
   try {

@@ -56,7 +56,8 @@ std::optional<ImageHeader> OfTiff(std::string_view bytes) {
   return out;
 }
 
-// Two numbers after the magic one, apart by blanks and comments.
+// Two numbers after the magic one, apart by blanks and comments; a third, the largest value, where
+// pixels are more than bits.
 std::optional<ImageHeader> OfPnm(std::string_view bytes) {
   size_t at = 2;
   const auto next = [&]() -> uint64_t {
@@ -75,6 +76,14 @@ std::optional<ImageHeader> OfPnm(std::string_view bytes) {
   out.width = next();
   out.height = next();
   if (out.width == 0 || out.height == 0) return std::nullopt;
+  const char kind = bytes[1];
+  const bool bits = kind == '1' || kind == '4';
+  const uint64_t most = bits ? 1 : next();
+  if (most == 0 || most > 65535) return std::nullopt;
+  const uint64_t samples = out.width * (kind == '3' || kind == '6' ? 3 : 1);
+  const uint64_t row =
+      kind == '4' ? (samples + 7) / 8 : samples * (kind > '4' && most > 255 ? 2 : 1);
+  out.least_bytes = at + row * out.height;
   return out;
 }
 
@@ -101,11 +110,13 @@ ImageHeader OfBmp(std::string_view bytes) {
 
 }  // namespace
 
+bool BeginsAsPnm(std::string_view bytes) {
+  return bytes.size() > 1 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6';
+}
+
 std::optional<ImageHeader> ReadImageHeader(std::string_view bytes) {
   constexpr size_t kLeastBytes = 30;
-  if (bytes.size() >= 8 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') {
-    return OfPnm(bytes);
-  }
+  if (BeginsAsPnm(bytes)) return OfPnm(bytes);
   if (bytes.size() < kLeastBytes) return std::nullopt;
   if (StartsWith(bytes, "\x89PNG")) {
     return ImageHeader{Number(bytes, 16, 4, true), Number(bytes, 20, 4, true)};

@@ -62,8 +62,7 @@ bool IsRealNumeric(const matvar_t& variable) {
 }
 
 // The elements of a variable known by its header; nullopt when they cannot be read.
-std::optional<MatArray> ReadArray(mat_t* file, matvar_t* variable) {
-  constexpr size_t kMostElements = 1U << 30;
+std::optional<MatArray> ReadArray(mat_t* file, matvar_t* variable, const Limits& limits) {
   MatArray out;
   if (variable == nullptr || variable->class_type == MAT_C_EMPTY) return out;
   if (!IsRealNumeric(*variable)) {
@@ -73,7 +72,7 @@ std::optional<MatArray> ReadArray(mat_t* file, matvar_t* variable) {
   out.dims.assign(variable->dims, variable->dims + variable->rank);
   size_t n = 1;
   for (const size_t side : out.dims) {
-    if (side > 0 && n > kMostElements / side) return std::nullopt;
+    if (side > 0 && n > static_cast<size_t>(limits.elements) / side) return std::nullopt;
     n *= side;
   }
   const int count = static_cast<int>(n);
@@ -91,7 +90,8 @@ std::optional<MatArray> ReadArray(mat_t* file, matvar_t* variable) {
 
 class Mat5File : public MatFile {
  public:
-  Mat5File(std::string path, PlainMat plain) : path_(std::move(path)), plain_(std::move(plain)) {
+  Mat5File(std::string path, PlainMat plain, const Limits& limits)
+      : path_(std::move(path)), plain_(std::move(plain)), limits_(limits) {
     file_.reset(Mat_Open(plain_.path.c_str(), MAT_ACC_RDONLY));
     if (plain_.temporary) ::unlink(plain_.path.c_str());  // lives on until it is closed
   }
@@ -100,7 +100,7 @@ class Mat5File : public MatFile {
   Result<std::optional<MatArray>> ReadVariable(const std::string& name) override {
     const Variable info(Mat_VarReadInfo(file_.get(), name.c_str()));
     if (info == nullptr) return std::optional<MatArray>();
-    auto array = ReadArray(file_.get(), info.get());
+    auto array = ReadArray(file_.get(), info.get(), limits_);
     if (!array) return Error{path_ + ": " + name + ": cannot read"};
     return array;
   }
@@ -129,7 +129,7 @@ class Mat5File : public MatFile {
 
   Result<MatArray> ReadField(size_t packet, const std::string& field) override {
     matvar_t* const info = Mat_VarGetStructFieldByName(packets_.get(), field.c_str(), packet);
-    auto array = ReadArray(file_.get(), info);
+    auto array = ReadArray(file_.get(), info, limits_);
     if (!array) return Error{FieldPlace(path_, packets_name_, packet, field) + "cannot read"};
     return std::move(*array);
   }
@@ -149,6 +149,7 @@ class Mat5File : public MatFile {
 
   std::string path_;
   PlainMat plain_;
+  Limits limits_;
   Mat file_;
   Variable packets_;
   std::string packets_name_;
@@ -162,14 +163,14 @@ std::string FieldPlace(const std::string& path, const std::string& packets_name,
   return path + ": " + packets_name + "(" + std::to_string(packet + 1) + ")." + field + ": ";
 }
 
-Result<std::unique_ptr<MatFile>> OpenMat5File(const std::string& path) {
-  auto plain = MakePlainMat(path);
+Result<std::unique_ptr<MatFile>> OpenMat5File(const std::string& path, const Limits& limits) {
+  auto plain = MakePlainMat(path, limits);
   if (!plain) return plain.error();
-  if (const auto sound = CheckMatStructure(plain->path, path); !sound) {
+  if (const auto sound = CheckMatStructure(plain->path, path, limits); !sound) {
     if (plain->temporary) ::unlink(plain->path.c_str());
     return sound.error();
   }
-  auto file = std::make_unique<Mat5File>(path, std::move(*plain));
+  auto file = std::make_unique<Mat5File>(path, std::move(*plain), limits);
   if (!file->IsOpen()) return Error{path + ": damaged: cannot be opened as a MATLAB file"};
   return std::unique_ptr<MatFile>(std::move(file));
 }

@@ -74,11 +74,11 @@ std::vector<size_t> MatlabDims(hid_t dataset) {
   return {sides.rbegin(), sides.rend()};
 }
 
-std::optional<size_t> CountElements(const std::vector<size_t>& dims) {
-  constexpr size_t kMostElements = 1U << 30;
+std::optional<size_t> CountElements(const std::vector<size_t>& dims, const Limits& limits) {
+  const auto most = static_cast<size_t>(limits.elements);
   size_t n = 1;
   for (const size_t side : dims) {
-    if (side > 0 && n > kMostElements / side) return std::nullopt;
+    if (side > 0 && n > most / side) return std::nullopt;
     n *= side;
   }
   return n;
@@ -116,7 +116,7 @@ bool CanHold(hid_t dataset, size_t elements) {
 }
 
 // The elements of an object; nullopt when they cannot be read.
-std::optional<MatArray> ReadArray(hid_t object) {
+std::optional<MatArray> ReadArray(hid_t object, const Limits& limits) {
   if (H5Iget_type(object) != H5I_DATASET) return NotAnArray();
   MatArray out;
   if (HasAttribute(object, "MATLAB_empty")) return out;
@@ -125,7 +125,7 @@ std::optional<MatArray> ReadArray(hid_t object) {
   const bool text = MatlabClass(object) == "char";
   if (text || (type_class != H5T_INTEGER && type_class != H5T_FLOAT)) return NotAnArray();
   out.dims = MatlabDims(object);
-  const auto n = CountElements(out.dims);
+  const auto n = CountElements(out.dims, limits);
   if (out.dims.empty() || !n || !CanHold(object, *n)) return std::nullopt;
   const bool bytes = type_class == H5T_INTEGER && H5Tget_size(type.id()) == 1 &&
                      H5Tget_sign(type.id()) == H5T_SGN_NONE;
@@ -166,7 +166,7 @@ std::vector<std::string> LinkNames(hid_t group) {
 
 class Mat73File : public MatFile {
  public:
-  explicit Mat73File(std::string path) : path_(std::move(path)) {
+  Mat73File(std::string path, const Limits& limits) : path_(std::move(path)), limits_(limits) {
     const QuietHdf5 quiet;
     file_ = Handle(H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   }
@@ -176,7 +176,7 @@ class Mat73File : public MatFile {
     const QuietHdf5 quiet;
     if (H5Lexists(file_.id(), name.c_str(), H5P_DEFAULT) <= 0) return std::optional<MatArray>();
     const Handle object = Open(file_.id(), name);
-    auto array = object ? ReadArray(object.id()) : std::nullopt;
+    auto array = object ? ReadArray(object.id(), limits_) : std::nullopt;
     if (!array) return Error{path_ + ": " + name + ": cannot read"};
     return array;
   }
@@ -209,12 +209,12 @@ class Mat73File : public MatFile {
     if (field == nullptr) return MatArray{};
     std::optional<MatArray> array;
     if (field->references.empty()) {
-      array = ReadArray(field->object.id());
+      array = ReadArray(field->object.id(), limits_);
     } else {
       const Handle value(
           H5Rdereference2(file_.id(), H5P_DEFAULT, H5R_OBJECT, &field->references[packet]),
           H5Oclose);
-      if (value) array = ReadArray(value.id());
+      if (value) array = ReadArray(value.id(), limits_);
     }
     if (!array) return Error{FieldPlace(path_, packets_name_, packet, name) + "cannot read"};
     return std::move(*array);
@@ -240,7 +240,7 @@ class Mat73File : public MatFile {
       // References with a class of their own are a cell: a value, not the struct's elements.
       if (type && H5Tget_class(type.id()) == H5T_REFERENCE &&
           MatlabClass(field.object.id()).empty()) {
-        const auto n = CountElements(MatlabDims(field.object.id()));
+        const auto n = CountElements(MatlabDims(field.object.id()), limits_);
         field.references.resize(n && CanHold(field.object.id(), *n) ? *n : 0);
         if (field.references.empty() || (!fields_.empty() && *n != size_) ||
             H5Dread(field.object.id(), H5T_STD_REF_OBJ, H5S_ALL, H5S_ALL, H5P_DEFAULT,
@@ -255,6 +255,7 @@ class Mat73File : public MatFile {
   }
 
   std::string path_;
+  Limits limits_;
   Handle file_;
   std::string packets_name_;
   std::vector<Field> fields_;
@@ -263,8 +264,8 @@ class Mat73File : public MatFile {
 
 }  // namespace
 
-Result<std::unique_ptr<MatFile>> OpenMat73File(const std::string& path) {
-  auto file = std::make_unique<Mat73File>(path);
+Result<std::unique_ptr<MatFile>> OpenMat73File(const std::string& path, const Limits& limits) {
+  auto file = std::make_unique<Mat73File>(path, limits);
   if (!file->IsOpen()) return Error{path + ": truncated or damaged: no whole HDF5 file"};
   return std::unique_ptr<MatFile>(std::move(file));
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
@@ -37,6 +38,7 @@ Result<MatElements> ListMatVariables(std::FILE* file, const std::string& path);
 
 /// Checks that a file without compression adds up: the parts of every matrix lie inside it, and
 /// have the sizes that its class and dimensions ask for. matio 1.5 trusts them and crashes.
-Status CheckMatStructure(const std::string& plain_path, const std::string& path);
+Status CheckMatStructure(const std::string& plain_path, const std::string& path,
+                         const Limits& limits = {});
 
 }  // namespace tagtwist::internal

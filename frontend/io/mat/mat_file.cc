@@ -24,12 +24,12 @@ MatVersion ReadVersion(const std::string& path) {
 
 bool IsMatFile(const std::string& path) { return ReadVersion(path) != MatVersion::kNone; }
 
-Result<std::unique_ptr<MatFile>> OpenMatFile(const std::string& path) {
+Result<std::unique_ptr<MatFile>> OpenMatFile(const std::string& path, const Limits& limits) {
   switch (ReadVersion(path)) {
     case MatVersion::k5:
-      return OpenMat5File(path);
+      return OpenMat5File(path, limits);
     case MatVersion::k73:
-      return OpenMat73File(path);
+      return OpenMat73File(path, limits);
     case MatVersion::kNone:
       break;
   }

@@ -2,6 +2,7 @@
 #include <memory>
 #include <string>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/io/mat/mat_contents.h"
 
@@ -11,6 +12,6 @@ namespace tagtwist::internal {
 bool IsMatFile(const std::string& path);
 
 /// Refuses what is not whole: "x.mat: truncated: ...", "x.mat: damaged: ...".
-Result<std::unique_ptr<MatFile>> OpenMatFile(const std::string& path);
+Result<std::unique_ptr<MatFile>> OpenMatFile(const std::string& path, const Limits& limits = {});
 
 }  // namespace tagtwist::internal

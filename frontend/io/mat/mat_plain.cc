@@ -18,9 +18,6 @@
 namespace tagtwist::internal {
 namespace {
 
-// Images of one gray deflate to a thousandth, real ones to a half.
-constexpr uint64_t kAlwaysInflated = 64'000'000, kMostRatio = 100;
-
 using Chunk = std::array<unsigned char, 65536>;
 
 // Feeds the element's bytes to take(data, size), which returns false to stop; false when the file
@@ -109,7 +106,8 @@ Status CopyElement(std::FILE* from, const MatElement& element, bool big_endian, 
   if (inflater.write_failed()) return write_error;
   if (inflater.too_large()) {
     return Error{path + ": the compressed variable at byte " + std::to_string(tag_begin) +
-                 " becomes larger than any recording of that file's size"};
+                 " becomes larger than any recording of that file's size" +
+                 RaisesLimit("inflated_bytes")};
   }
   *left_bytes -= inflater.written();
   if (!inflated || !inflater.IsWhole(big_endian)) {
@@ -120,14 +118,16 @@ Status CopyElement(std::FILE* from, const MatElement& element, bool big_endian, 
 }
 
 Status CopyPlain(std::FILE* from, const MatElements& contents, const std::string& path,
-                 const std::string& copy_path) {
+                 const std::string& copy_path, const Limits& limits) {
   const CFile to = OpenCFile(copy_path, "wbe");
   bool written = to != nullptr && std::fwrite(contents.header.data(), 1, kMatHeaderBytes,
                                               to.get()) == kMatHeaderBytes;
   const uint64_t file_bytes = contents.variables.empty() ? 0
                                                          : contents.variables.back().begin +
                                                                contents.variables.back().length;
-  uint64_t left_bytes = kAlwaysInflated + kMostRatio * file_bytes;
+  // Images of one gray deflate to a thousandth, real ones to a half.
+  auto left_bytes = static_cast<uint64_t>(limits.inflated_bytes) +
+                    static_cast<uint64_t>(limits.inflated_ratio * static_cast<double>(file_bytes));
   for (const MatElement& element : contents.variables) {
     if (!written) break;
     Status copied =
@@ -141,7 +141,7 @@ Status CopyPlain(std::FILE* from, const MatElements& contents, const std::string
 
 }  // namespace
 
-Result<PlainMat> MakePlainMat(const std::string& path) {
+Result<PlainMat> MakePlainMat(const std::string& path, const Limits& limits) {
   const CFile file = OpenCFile(path, "rbe");
   if (file == nullptr) return Error{path + ": cannot open: " + std::strerror(errno)};
   const auto contents = ListMatVariables(file.get(), path);
@@ -159,7 +159,7 @@ Result<PlainMat> MakePlainMat(const std::string& path) {
     return Error{path + ": cannot inflate into " + copy.path + ": " + std::strerror(errno)};
   }
   ::close(descriptor);
-  if (const Status copied = CopyPlain(file.get(), *contents, path, copy.path); !copied) {
+  if (const Status copied = CopyPlain(file.get(), *contents, path, copy.path, limits); !copied) {
     ::unlink(copy.path.c_str());
     return copied.error();
   }

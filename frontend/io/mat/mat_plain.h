@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
@@ -15,7 +16,7 @@ struct PlainMat {
 /// into a temporary file (in TMPDIR or /tmp). In a plain file a field is a seek away; in a
 /// compressed struct it needs the inflater's state (40 KiB) kept for every field, or starting over.
 /// The format: "MAT-File Level 5 File Format" of The MathWorks, chapter 1.
-Result<PlainMat> MakePlainMat(const std::string& path);
+Result<PlainMat> MakePlainMat(const std::string& path, const Limits& limits = {});
 
 /// That check without inflating: the variables' lengths fill the file exactly.
 Status CheckMatIsWhole(const std::string& path);

@@ -10,8 +10,6 @@ namespace {
 constexpr uint32_t kCell = 1, kStruct = 2, kFirstNumeric = 6, kLastNumeric = 15;
 constexpr uint32_t kInt8 = 1, kInt32 = 5, kUint32 = 6;
 constexpr uint32_t kComplexFlag = 0x800;
-constexpr uint64_t kMostMatrices = 1'000'000;  // fields and cells of a file
-constexpr int kDeepest = 32;                   // structs in structs
 
 // Bytes of an element of a storage type; 0 for what stores no numbers.
 uint64_t StorageBytes(uint32_t type) {
@@ -21,7 +19,8 @@ uint64_t StorageBytes(uint32_t type) {
 
 class StructureCheck {
  public:
-  StructureCheck(std::FILE* file, bool big_endian) : file_(file), big_endian_(big_endian) {}
+  StructureCheck(std::FILE* file, bool big_endian, const Limits& limits)
+      : file_(file), big_endian_(big_endian), limits_(limits) {}
 
   // A matrix between begin and end.
   bool IsSound(uint64_t begin, uint64_t end, int depth = 0) {
@@ -31,7 +30,7 @@ class StructureCheck {
     const auto flags = NextWords(kUint32, 2, 2);
     const auto dims = NextWords(kInt32, 2, 32);
     const auto name = Next();
-    if (!flags || !dims || !name || name->type != kInt8 || depth > kDeepest) return false;
+    if (!flags || !dims || !name || name->type != kInt8 || depth > limits_.depth) return false;
     uint64_t elements = 1;
     for (const uint32_t side : *dims) {
       if (side > (end - begin) && elements > 0) return false;  // more than there are bytes
@@ -51,6 +50,8 @@ class StructureCheck {
     return true;
   }
 
+  bool is_crowded() const { return matrices_ > static_cast<uint64_t>(limits_.fields); }
+
  private:
   bool IsSoundStruct(uint64_t elements, int depth) {
     const auto name_length = NextWords(kInt32, 1, 1);
@@ -66,7 +67,7 @@ class StructureCheck {
   bool AreSoundMatrices(uint64_t count, int depth) {
     // matio keeps some hundred bytes for each, however empty it is.
     matrices_ += count;
-    if (matrices_ > kMostMatrices) return false;
+    if (is_crowded()) return false;
     for (uint64_t i = 0; i < count; ++i) {
       const auto matrix = Next();
       if (!matrix || matrix->type != kMatMatrixType) return false;
@@ -116,22 +117,27 @@ class StructureCheck {
 
   std::FILE* file_;
   bool big_endian_;
+  Limits limits_;
   uint64_t at_ = 0, end_ = 0, matrices_ = 0;
 };
 
 }  // namespace
 
-Status CheckMatStructure(const std::string& plain_path, const std::string& path) {
+Status CheckMatStructure(const std::string& plain_path, const std::string& path,
+                         const Limits& limits) {
   const CFile file = OpenCFile(plain_path, "rbe");
   if (file == nullptr) return Error{path + ": cannot open"};
   const auto elements = ListMatVariables(file.get(), path);
   if (!elements) return elements.error();
-  StructureCheck check(file.get(), elements->big_endian);
+  StructureCheck check(file.get(), elements->big_endian, limits);
   for (size_t i = 0; i < elements->variables.size(); ++i) {
     const MatElement& variable = elements->variables[i];
     if (variable.type == kMatMatrixType &&
         check.IsSound(variable.begin, variable.begin + variable.length)) {
       continue;
+    }
+    if (check.is_crowded()) {
+      return Error{path + ": expected fewer fields and cells" + RaisesLimit("fields")};
     }
     return Error{path + ": damaged: variable " + std::to_string(i + 1) + " does not add up"};
   }

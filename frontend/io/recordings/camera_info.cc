@@ -54,9 +54,10 @@ bool IsRosBag(const std::string& path) {
   return IsRos1Bag(path) || IsRos2Bag(path);
 }
 
-Result<std::string> ReadBagCameraInfo(const std::string& path, const std::string& topic) {
-  const auto info =
-      IsRos2Bag(path) ? ReadRos2CameraInfo(path, topic) : ReadRos1CameraInfo(path, topic);
+Result<std::string> ReadBagCameraInfo(const std::string& path, const std::string& topic,
+                                      const Limits& limits) {
+  const auto info = IsRos2Bag(path) ? ReadRos2CameraInfo(path, topic, limits)
+                                    : ReadRos1CameraInfo(path, topic, limits);
   if (!info) return info.error();
   return CameraInfoText(*info);
 }

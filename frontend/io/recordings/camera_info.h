@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
@@ -26,10 +27,13 @@ std::string CameraInfoText(const RosCameraInfo& info);
 bool IsRosBag(const std::string& path);
 
 /// CameraInfoText of the first message on `topic`, or on the only topic that has such (empty).
-Result<std::string> ReadBagCameraInfo(const std::string& path, const std::string& topic);
+Result<std::string> ReadBagCameraInfo(const std::string& path, const std::string& topic,
+                                      const Limits& limits);
 
 /// Of a ROS 1 bag (an error in a build that reads none), and of a ROS 2 bag.
-Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::string& topic);
-Result<RosCameraInfo> ReadRos2CameraInfo(const std::string& path, const std::string& topic);
+Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::string& topic,
+                                         const Limits& limits);
+Result<RosCameraInfo> ReadRos2CameraInfo(const std::string& path, const std::string& topic,
+                                         const Limits& limits);
 
 }  // namespace tagtwist::internal

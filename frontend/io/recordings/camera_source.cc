@@ -3,6 +3,7 @@
 #include <opencv2/videoio.hpp>
 #include <utility>
 
+#include "frontend/base/files/input_file.h"
 #include "frontend/base/number_text.h"
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/io/recordings/video_frame.h"
@@ -40,11 +41,16 @@ class CameraSource : public DataSource {
   std::vector<int64_t> stamps_ns_;  // nobody knows them before
 };
 
-bool OpenDevice(const std::string& place, const Camera& camera, cv::VideoCapture* capture) {
+bool OpenDevice(const std::string& place, const Camera& camera, const Limits& limits,
+                cv::VideoCapture* capture) {
   const auto number = ParseInteger(place);
   const bool is_device = number || place.rfind("/dev/", 0) == 0;
-  const bool is_open = number ? capture->open(static_cast<int>(*number), cv::CAP_V4L2)
-                              : capture->open(place, is_device ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
+  const int patience_ms = static_cast<int>(std::min(1e3 * limits.first_frame_s, 1e9));
+  const std::vector<int> patient = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, patience_ms,
+                                    cv::CAP_PROP_READ_TIMEOUT_MSEC, patience_ms};
+  const bool is_open = number      ? capture->open(static_cast<int>(*number), cv::CAP_V4L2)
+                       : is_device ? capture->open(place, cv::CAP_V4L2)
+                                   : capture->open(place, cv::CAP_FFMPEG, patient);
   if (is_open && !is_device) capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
   if (is_open && is_device) {
     capture->set(cv::CAP_PROP_FRAME_WIDTH, camera.width);
@@ -60,11 +66,17 @@ bool IsCamera(const std::string& dataset) { return dataset.rfind(kPrefix, 0) == 
 
 Result<std::unique_ptr<DataSource>> OpenCameraSource(const std::string& dataset,
                                                      const Camera& camera,
-                                                     std::function<int64_t()> now_ns) {
+                                                     std::function<int64_t()> now_ns,
+                                                     const Limits& limits) {
   const std::string place = dataset.substr(std::string(kPrefix).size());
+  // To open a pipe without a writer never ends.
+  const bool is_device = place.rfind("/dev/", 0) == 0;
+  if (const Status regular = CheckRegularFile(place); !is_device && !regular) {
+    return regular.error();
+  }
   try {
     cv::VideoCapture capture;
-    if (!place.empty() && OpenDevice(place, camera, &capture)) {
+    if (!place.empty() && OpenDevice(place, camera, limits, &capture)) {
       return std::unique_ptr<DataSource>(
           std::make_unique<CameraSource>(dataset, std::move(capture), std::move(now_ns)));
     }

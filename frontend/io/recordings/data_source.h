@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/camera.h"
@@ -38,6 +39,8 @@ struct DataSourceOptions {
   std::string topic = {};
   /// Of the ground truth in a ROS bag; empty: the only one that has poses.
   std::string truth_topic = {};
+  /// What its files may ask for at most.
+  Limits limits = {};
 };
 
 /// A recording, streamed: frames come one at a time in order of time, images are read when asked
@@ -79,6 +82,7 @@ bool IsCamera(const std::string& dataset);
 /// `now_ns`, taken when a frame is grabbed; nobody knows them before. Ends when no more come.
 Result<std::unique_ptr<DataSource>> OpenCameraSource(const std::string& dataset,
                                                      const Camera& camera,
-                                                     std::function<int64_t()> now_ns);
+                                                     std::function<int64_t()> now_ns,
+                                                     const Limits& limits = {});
 
 }  // namespace tagtwist

@@ -20,14 +20,14 @@ Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
   if (!list) return list.error();
   std::error_code unknown;
   if (const auto path = root / "imu0" / "data.csv"; std::filesystem::exists(path, unknown)) {
-    auto imu = ReadImuCsv(path.string(), TimeUnit::kNanoseconds, &list->notes);
+    auto imu = ReadImuCsv(path.string(), TimeUnit::kNanoseconds, &list->notes, options.limits);
     if (!imu) return imu.error();
     list->imu = std::move(*imu);
   }
   for (const char* name : {"state_groundtruth_estimate0", "vicon0", "mocap0"}) {
     const auto path = root / name / "data.csv";
     if (!list->ground_truth.empty() || !std::filesystem::exists(path, unknown)) continue;
-    const auto table = CsvTable::Read(path.string());
+    const auto table = CsvTable::Read(path.string(), options.limits);
     if (!table) return table.error();
     auto truth = TruthFromEurocTable(*table, list->imu, &list->notes);
     if (!truth) return truth.error();

@@ -6,18 +6,18 @@
 
 namespace tagtwist::internal {
 
-Status ReadTruthAndImu(const std::string& folder, ImageList* list) {
+Status ReadTruthAndImu(const std::string& folder, const Limits& limits, ImageList* list) {
   const std::filesystem::path root(folder);
   std::error_code unknown;
   if (const auto path = root / "ground_truth.csv"; std::filesystem::exists(path, unknown)) {
-    auto truth = ReadTrajectoryFile(path.string(), "");
+    auto truth = ReadTrajectoryFile(path.string(), "", limits);
     if (!truth) return truth.error();
     list->ground_truth = std::move(truth->samples);
     list->truth_origin = path.string();
     list->notes.insert(list->notes.end(), truth->notes.begin(), truth->notes.end());
   }
   if (const auto path = root / "imu.csv"; std::filesystem::exists(path, unknown)) {
-    auto imu = ReadImuCsv(path.string(), TimeUnit::kSeconds, &list->notes);
+    auto imu = ReadImuCsv(path.string(), TimeUnit::kSeconds, &list->notes, limits);
     if (!imu) return imu.error();
     list->imu = std::move(*imu);
   }
@@ -35,7 +35,9 @@ Result<std::unique_ptr<DataSource>> OpenFolderSource(const std::string& folder,
   files.detections = (root / "detections.csv").string();
   auto list = ReadImageList(files, options);
   if (!list) return list.error();
-  if (const Status read = ReadTruthAndImu(folder, &*list); !read) return read.error();
+  if (const Status read = ReadTruthAndImu(folder, options.limits, &*list); !read) {
+    return read.error();
+  }
   return MakeImageListSource(std::move(*list), options);
 }
 

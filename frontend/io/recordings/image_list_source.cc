@@ -31,7 +31,7 @@ class ImageListSource : public DataSource {
       if (!options_.use_detections) frame.image_problem = "no image file is named";
       return std::optional<Frame>(std::move(frame));
     }
-    auto image = ReadGrayImage(listed.image_path);
+    auto image = ReadGrayImage(listed.image_path, options_.limits);
     if (!image) {
       frame.image_problem = image.error().message;
     } else if (auto fault = size_guard_.Check(*image, listed.image_path)) {
@@ -148,7 +148,8 @@ Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptio
   std::vector<StampedDetections> detections;
   std::vector<std::string> notes;
   if (options.use_detections) {
-    auto read = ReadDetectionsCsv(files.detections, files.unit, options.known_tag_ids, &notes);
+    auto read = ReadDetectionsCsv(files.detections, files.unit, options.known_tag_ids, &notes,
+                                  options.limits);
     if (!read) return read.error();
     detections = std::move(*read);
     std::error_code unknown;
@@ -159,7 +160,7 @@ Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptio
       return list;
     }
   }
-  const auto table = CsvTable::Read(files.table);
+  const auto table = CsvTable::Read(files.table, options.limits);
   if (!table) return table.error();
   auto list = ListFromTable(*table, files, options);
   if (!list) return list;

@@ -28,7 +28,7 @@ struct ImageList {
 std::unique_ptr<DataSource> MakeImageListSource(ImageList list, const DataSourceOptions& options);
 
 /// ground_truth.csv and imu.csv of a plain folder, where it has them.
-Status ReadTruthAndImu(const std::string& folder, ImageList* list);
+Status ReadTruthAndImu(const std::string& folder, const Limits& limits, ImageList* list);
 
 /// How a recording lists its images and detections.
 struct ListingFiles {

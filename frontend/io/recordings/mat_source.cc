@@ -219,7 +219,7 @@ Status MatSource::FillImage(size_t packet, Frame* frame) {
 
 Result<std::unique_ptr<DataSource>> OpenMatSource(const std::string& path,
                                                   const DataSourceOptions& options) {
-  auto file = OpenMatFile(path);
+  auto file = OpenMatFile(path, options.limits);
   if (!file) return file.error();
   auto source = std::make_unique<MatSource>(path, options, std::move(*file));
   if (const auto opened = source->Open(); !opened) return opened.error();

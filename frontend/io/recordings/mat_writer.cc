@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <new>
 #include <system_error>
 #include <utility>
 
@@ -27,21 +28,31 @@ struct FreeVariable {
 };
 using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
+// matio says by what is missing alone that memory ran out.
+matvar_t* Made(matvar_t* variable) {
+  if (variable == nullptr) throw std::bad_alloc();
+  if (variable->data == nullptr && variable->nbytes > 0) {
+    Mat_VarFree(variable);
+    throw std::bad_alloc();
+  }
+  return variable;
+}
+
 // A matrix of doubles, column-major; it keeps its own copy.
 matvar_t* MakeNumbers(const char* name, size_t rows, size_t columns,
                       const std::vector<double>& values) {
   std::array<size_t, 2> dims = {rows, columns};
   static const double none = 0;  // matio copies nothing, but asks for an address
   const double* const data = values.empty() ? &none : values.data();
-  return Mat_VarCreate(name, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims.data(), const_cast<double*>(data),
-                       0);
+  return Made(Mat_VarCreate(name, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims.data(),
+                            const_cast<double*>(data), 0));
 }
 
 matvar_t* MakeBytes(const cv::Mat& column_major, size_t rows, size_t columns, int flags) {
   std::array<size_t, 2> dims = {rows, columns};
   static unsigned char none = 0;
-  return Mat_VarCreate(nullptr, MAT_C_UINT8, MAT_T_UINT8, 2, dims.data(),
-                       column_major.empty() ? &none : column_major.data, flags);
+  return Made(Mat_VarCreate(nullptr, MAT_C_UINT8, MAT_T_UINT8, 2, dims.data(),
+                            column_major.empty() ? &none : column_major.data, flags));
 }
 
 // Where the diagonals p1-p3 and p2-p4 meet: the projection of the tag's centre.
@@ -144,7 +155,7 @@ Variable MatWriter::MakePackets(const std::vector<TruthSample>& truth,
                                 const std::vector<ImuSample>& imu) {
   std::array<size_t, 2> dims = {1, packets_.size()};
   std::array<const char*, kFields.size()> fields = kFields;
-  Variable out(Mat_VarCreateStruct("data", 2, dims.data(), fields.data(), fields.size()));
+  Variable out(Made(Mat_VarCreateStruct("data", 2, dims.data(), fields.data(), fields.size())));
   const NearestInertial nearest(truth, imu);
   const cv::Mat one(1, 1, CV_8UC1, cv::Scalar(1));
   for (size_t i = 0; i < packets_.size(); ++i) {

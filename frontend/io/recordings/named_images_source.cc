@@ -88,7 +88,9 @@ Result<std::unique_ptr<DataSource>> OpenNamedImagesSource(const std::string& fol
     list.stamps_ns.push_back(t_ns);
     list.frames.push_back({path.string(), path.string(), {}});
   }
-  if (const Status read = ReadTruthAndImu(folder, &list); !read) return read.error();
+  if (const Status read = ReadTruthAndImu(folder, options.limits, &list); !read) {
+    return read.error();
+  }
   return MakeImageListSource(std::move(list), options);
 }
 

@@ -119,7 +119,7 @@ Status CheckWhole(const std::string& path, const VideoTimes& times, const Repair
 Result<std::unique_ptr<DataSource>> OpenVideoSource(const std::string& path,
                                                     const DataSourceOptions& options) {
   try {
-    const auto times = ReadVideoTimes(path);
+    const auto times = ReadVideoTimes(path, options.limits);
     if (!times) return times.error();
     if (times->stamps_ns.size() < 2) return NoVideo(path);  // FFmpeg takes an image for a video
     auto stamps = RepairStamps(*times);

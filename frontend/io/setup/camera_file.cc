@@ -138,10 +138,11 @@ Result<CameraFile> ReadOwn(const YamlValue& node) {
   return out;
 }
 
-Result<CameraFile> ReadCameraOfBag(const std::string& path, const std::string& topic) {
-  auto text = ReadBagCameraInfo(path, topic);
+Result<CameraFile> ReadCameraOfBag(const std::string& path, const std::string& topic,
+                                   const Limits& limits) {
+  auto text = ReadBagCameraInfo(path, topic, limits);
   if (!text) return text.error();
-  const auto root = ParseYaml(std::move(*text), path);
+  const auto root = ParseYaml(std::move(*text), path, limits);
   return root ? ReadOpenCvOrRos(*root) : root.error();
 }
 
@@ -157,17 +158,19 @@ void DropBytes(std::string* text) {
 
 // Read once: a pipe gives its bytes only once.
 Result<YamlValue> ReadTree(const std::string& path, const Limits& limits) {
-  auto text = ReadWholeFile(path, limits.text_bytes, limits);
+  auto text = ReadTextFile(path, limits);
   if (!text) return text.error();
   DropBytes(&*text);
-  return LooksLikeXml(*text) ? ParseOpenCvXml(*text, path) : ParseYaml(std::move(*text), path);
+  return LooksLikeXml(*text) ? ParseOpenCvXml(*text, path, limits)
+                             : ParseYaml(std::move(*text), path, limits);
 }
 
 }  // namespace
 
-Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name) {
-  if (IsRosBag(path)) return ReadCameraOfBag(path, name);
-  const Result<YamlValue> root = ReadTree(path, {});
+Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name,
+                                  const Limits& limits) {
+  if (IsRosBag(path)) return ReadCameraOfBag(path, name, limits);
+  const Result<YamlValue> root = ReadTree(path, limits);
   if (!root) return root.error();
   if (const auto of_several = ReadOneOfSeveral(*root, name)) return *of_several;
   if (!name.empty()) {

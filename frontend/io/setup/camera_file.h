@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/io/setup/other_cameras.h"
 
@@ -11,6 +12,7 @@ namespace tagtwist::internal {
 /// configuration. `name` chooses among several cameras (cam1) or topics of a bag; it may be empty
 /// where there is but one. Members that say nothing of the camera are ignored. Other projections
 /// than the pinhole and other lenses than radtan and equidistant are refused.
-Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name);
+Result<CameraFile> ReadCameraFile(const std::string& path, const std::string& name,
+                                  const Limits& limits = {});
 
 }  // namespace tagtwist::internal

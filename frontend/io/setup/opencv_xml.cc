@@ -8,14 +8,11 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr size_t kMostXmlNodes = 200000;
-constexpr size_t kMostXmlBytes = 64'000'000;  // of the nodes' names and texts
-
 // Copies a document's tree until a bound is met. The XML parser bounds the depth.
 class TreeCopier {
  public:
-  explicit TreeCopier(std::string file) : file_(std::move(file)) {}
-  bool is_full() const { return nodes_ > kMostXmlNodes || bytes_ > kMostXmlBytes; }
+  TreeCopier(std::string file, const Limits& limits) : file_(std::move(file)), limits_(limits) {}
+  bool is_full() const { return nodes_ > limits_.nodes || bytes_ > limits_.key_bytes; }
 
   YamlValue Copy(const tinyxml2::XMLElement& element, const std::string& key) {
     YamlValue out = At(element, key);
@@ -47,7 +44,7 @@ class TreeCopier {
 
   void Charge(const YamlValue& value) {
     ++nodes_;
-    bytes_ += value.file.size() + value.key.size() + value.scalar.size();
+    bytes_ += static_cast<int64_t>(value.file.size() + value.key.size() + value.scalar.size());
   }
 
   // One word is a scalar, several are a list; words in quotes are texts.
@@ -73,7 +70,8 @@ class TreeCopier {
   }
 
   std::string file_;
-  size_t nodes_ = 0, bytes_ = 0;
+  Limits limits_;
+  int64_t nodes_ = 0, bytes_ = 0;
 };
 
 }  // namespace
@@ -83,7 +81,8 @@ bool LooksLikeXml(const std::string& text) {
   return first != std::string::npos && text[first] == '<';
 }
 
-Result<YamlValue> ParseOpenCvXml(const std::string& text, const std::string& file) {
+Result<YamlValue> ParseOpenCvXml(const std::string& text, const std::string& file,
+                                 const Limits& limits) {
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     return Error{file + ":" + std::to_string(document.ErrorLineNum()) + ": not valid XML"};
@@ -92,9 +91,9 @@ Result<YamlValue> ParseOpenCvXml(const std::string& text, const std::string& fil
   if (root == nullptr || std::string(root->Name()) != "opencv_storage") {
     return Error{file + ": expected <opencv_storage>, got other XML"};
   }
-  TreeCopier copier(file);
+  TreeCopier copier(file, limits);
   YamlValue out = copier.Copy(*root, "");
-  if (copier.is_full()) return Error{file + ": expected a smaller file"};
+  if (copier.is_full()) return Error{file + ": expected a smaller file" + RaisesLimit("nodes")};
   return out;
 }
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "frontend/base/files/input_file.h"
-#include "frontend/base/limits.h"
 #include "frontend/io/setup/field_maps.h"
 #include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
@@ -20,11 +19,10 @@ namespace tagtwist {
 using namespace internal;
 namespace {
 
-constexpr int kMostTags = 100000;
-
 // Kalibr: ids row by row from the bottom left, upright, tagSpacing as a share of tagSize. World:
 // origin at the bottom-left corner of the first tag, x right, y up, z out of the paper.
-Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family) {
+Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family,
+                             const Limits& limits) {
   YamlSection section(root);
   std::string type;
   int columns = 0, rows = 0;
@@ -43,12 +41,15 @@ Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family) {
   section.Require("tagRows", &rows);
   section.Require("tagSize", &size_m);
   section.Require("tagSpacing", &spacing);
-  const auto check = [&](const char* name, bool good, const char* expected) {
+  const auto check = [&](const char* name, bool good, const std::string& expected) {
     const YamlValue* node = section.Find(name);
     if (node != nullptr && !good) section.Keep(node->Refuse(expected));
   };
-  check("tagCols", columns >= 1 && columns <= kMostTags, ">= 1");
-  check("tagRows", rows >= 1 && rows <= kMostTags / std::max(columns, 1), ">= 1, and fewer tags");
+  const std::string fewer = ">= 1, and fewer tags" + RaisesLimit("tags");
+  check("tagCols", columns >= 1, ">= 1");
+  check("tagRows", rows >= 1, ">= 1");
+  check("tagCols", columns <= limits.tags, fewer);
+  check("tagRows", rows <= limits.tags / std::max(columns, 1), fewer);
   check("tagSize", size_m > 0, "> 0 [m]");
   check("tagSpacing", spacing >= 0, ">= 0, a share of tagSize");
   check("borderBits", border_cells == 1 || border_cells == 2, "1 or 2");
@@ -90,7 +91,7 @@ Pose ReadAxisAnglePose(const YamlValue* node, YamlSection* parent) {
 
 // The tags of a board of a body of TagSLAM's, row by row; the board's origin is the centre of its
 // first tag, its pose, where it has one, is body to board.
-Status AddTagSlamBoard(const YamlValue& board, const Pose& world_from_body,
+Status AddTagSlamBoard(const YamlValue& board, const Pose& world_from_body, const Limits& limits,
                        std::vector<Tag>* tags) {
   YamlSection section(board);
   int first_id = 0, rows = 0, columns = 0;
@@ -102,10 +103,12 @@ Status AddTagSlamBoard(const YamlValue& board, const Pose& world_from_body,
   section.Require("tag_columns", &columns);
   const Pose board_from_body = ReadAxisAnglePose(section.Find("pose"), &section);
   if (Status status = section.FirstFault(); !status) return status;
-  if (rows < 1 || columns < 1 || rows > kMostTags / columns) {
-    return board.Refuse("tag_rows and tag_columns >= 1, and fewer tags");
+  // Of all boards: a file may have many.
+  const int64_t left = limits.tags - static_cast<int64_t>(tags->size());
+  if (rows < 1 || columns < 1 || rows > left / columns) {
+    return board.Refuse("tag_rows and tag_columns >= 1, and fewer tags" + RaisesLimit("tags"));
   }
-  if (first_id < 0 || first_id > kMostTags) return board.Refuse("tag_start_id >= 0, and a tag's");
+  if (first_id < 0 || first_id > limits.tags) return board.Refuse("tag_start_id >= 0, and a tag's");
   if (!(size_m > 0) || !(spacing >= 0)) {
     return board.Refuse("tag_size > 0 [m] and tag_spacing >= 0, a share of it");
   }
@@ -120,7 +123,7 @@ Status AddTagSlamBoard(const YamlValue& board, const Pose& world_from_body,
   return Ok();
 }
 
-Status ReadTagSlamBody(const YamlValue& body, std::vector<Tag>* tags) {
+Status ReadTagSlamBody(const YamlValue& body, const Limits& limits, std::vector<Tag>* tags) {
   YamlSection section(body);
   bool is_static = false;
   std::optional<double> default_size_m;
@@ -140,7 +143,8 @@ Status ReadTagSlamBody(const YamlValue& body, std::vector<Tag>* tags) {
   }
   if (Status status = section.FirstFault(); !status) return status;
   if (board != nullptr) {
-    if (Status status = AddTagSlamBoard(*board, world_from_body, tags); !status) return status;
+    if (Status status = AddTagSlamBoard(*board, world_from_body, limits, tags); !status)
+      return status;
   }
   if (list == nullptr) return Ok();
   for (const YamlValue& item : list->items) {
@@ -157,23 +161,28 @@ Status ReadTagSlamBody(const YamlValue& body, std::vector<Tag>* tags) {
   return Ok();
 }
 
-Result<TagMap> ReadTagSlam(const YamlValue& bodies, const std::string& family) {
+Result<TagMap> ReadTagSlam(const YamlValue& bodies, const std::string& family,
+                           const Limits& limits) {
   if (bodies.kind != YamlValue::Kind::kList) return bodies.Refuse("a list of bodies");
   std::vector<Tag> tags;
   for (const YamlValue& entry : bodies.items) {  // a mapping from its name
     if (entry.kind != YamlValue::Kind::kMapping) return entry.Refuse("a body by its name");
     for (const auto& [name, body] : entry.members) {
-      if (Status status = ReadTagSlamBody(body, &tags); !status) return status.error();
+      if (Status status = ReadTagSlamBody(body, limits, &tags); !status) return status.error();
     }
   }
   if (tags.empty()) return bodies.Refuse("a static body with tags, got none");
   return TagMap(family.empty() ? "tag36h11" : family, std::move(tags));
 }
 
-Result<TagMap> ReadAny(const YamlValue& root, const TagMapFile& file) {
+Result<TagMap> ReadAny(const YamlValue& root, const TagMapFile& file, const Limits& limits) {
   YamlSection section(root);
-  if (section.Find("target_type") != nullptr) return ReadAprilGrid(root, file.family);
-  if (const YamlValue* bodies = section.Find("bodies")) return ReadTagSlam(*bodies, file.family);
+  if (section.Find("target_type") != nullptr) {
+    return ReadAprilGrid(root, file.family, limits);
+  }
+  if (const YamlValue* bodies = section.Find("bodies")) {
+    return ReadTagSlam(*bodies, file.family, limits);
+  }
   if (const YamlValue* bundles = section.Find("tag_bundles")) {
     return ReadBundle(*bundles, file.family);
   }
@@ -189,23 +198,23 @@ Result<TagMap> ReadAny(const YamlValue& root, const TagMapFile& file) {
   return ReadTagMap(root);
 }
 
-Result<TagMap> ReadUnchecked(const TagMapFile& file) {
-  auto text = ReadWholeFile(file.path, Limits().text_bytes, {});
+Result<TagMap> ReadUnchecked(const TagMapFile& file, const Limits& limits) {
+  auto text = ReadTextFile(file.path, limits);
   if (!text) return text.error();
   if (IsFieldCsv(*text)) {
     return ReadFieldCsv(std::move(*text), file.path, file.tag_size_m, file.family);
   }
-  const Result<YamlValue> root = ParseYaml(std::move(*text), file.path);
-  return root ? ReadAny(*root, file) : root.error();
+  const Result<YamlValue> root = ParseYaml(std::move(*text), file.path, limits);
+  return root ? ReadAny(*root, file, limits) : root.error();
 }
 
 }  // namespace
 
-Result<TagMap> ReadTagMapFile(const TagMapFile& file) {
+Result<TagMap> ReadTagMapFile(const TagMapFile& file, const Limits& limits) {
   if (file.tag_size_m && !(*file.tag_size_m > 0)) {
     return Error{"tag_size_m: expected > 0, got " + std::to_string(*file.tag_size_m)};
   }
-  Result<TagMap> map = ReadUnchecked(file);
+  Result<TagMap> map = ReadUnchecked(file, limits);
   if (!map) return map;
   if (const auto problem = CheckTagMap(*map)) return Error{file.path + ": " + *problem};
   return map;

@@ -2,6 +2,7 @@
 #include <optional>
 #include <string>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/types/tag_map.h"
 
@@ -17,7 +18,7 @@ struct TagMapFile {
 /// Reads a tag map (docs/formats.md), told apart by its content: Kalibr aprilgrid, WPILib field,
 /// TagSLAM bodies, or the section `tag_map` of a configuration. Members that say nothing of the
 /// tags are ignored. The map is checked (CheckTagMap).
-Result<TagMap> ReadTagMapFile(const TagMapFile& file);
+Result<TagMap> ReadTagMapFile(const TagMapFile& file, const Limits& limits = {});
 
 /// Beyond TagMap::Problem(): ids that the family lacks, tags that overlap. "tags 3 and 4 overlap".
 std::optional<std::string> CheckTagMap(const TagMap& map);

@@ -29,9 +29,9 @@ bool IsPlain(const YamlValue& node) {
 }  // namespace
 
 Result<YamlValue> ReadYaml(const std::string& path, const Limits& limits) {
-  auto text = ReadWholeFile(path, limits.text_bytes, limits);
+  auto text = ReadTextFile(path, limits);
   if (!text) return text.error();
-  return ParseYaml(std::move(*text), path);
+  return ParseYaml(std::move(*text), path, limits);
 }
 
 Status ReadValue(const YamlValue& node, double* value) {

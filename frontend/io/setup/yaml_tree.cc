@@ -12,10 +12,6 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr size_t kMostNodes = 200000;
-constexpr size_t kMostBytes = 64'000'000;  // of the nodes' names and texts
-constexpr size_t kMostLevels = 64;
-
 // Ends the parsing where the tree cannot be.
 struct Refusal {
   Error error;
@@ -25,7 +21,7 @@ struct Refusal {
 // could be counted, and may be a circle.
 class TreeBuilder : public YAML::EventHandler {
  public:
-  explicit TreeBuilder(std::string file) : file_(std::move(file)) {}
+  TreeBuilder(std::string file, const Limits& limits) : file_(std::move(file)), limits_(limits) {}
 
   int documents() const { return documents_; }
   Result<YamlValue> TakeRoot() {
@@ -182,12 +178,14 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void Charge(const YamlValue& value, size_t level) {
-    bytes_ += sizeof(YamlValue) + value.key.size() + value.scalar.size() + value.file.size();
-    if (++nodes_ > kMostNodes || bytes_ > kMostBytes + kMostNodes * sizeof(YamlValue)) {
-      throw Refusal{value.Refuse("a smaller file")};
+    bytes_ += static_cast<int64_t>(value.key.size() + value.scalar.size() + value.file.size());
+    const bool crowded = ++nodes_ > limits_.nodes;
+    if (crowded || bytes_ > limits_.key_bytes) {
+      throw Refusal{value.Refuse("a smaller file" + RaisesLimit(crowded ? "nodes" : "key_bytes"))};
     }
-    if (level > kMostLevels) {
-      throw Refusal{value.Refuse("at most " + std::to_string(kMostLevels) + " levels, got more")};
+    if (static_cast<int64_t>(level) > limits_.depth) {
+      throw Refusal{value.Refuse("at most " + std::to_string(limits_.depth) + " levels, got more" +
+                                 RaisesLimit("depth"))};
     }
   }
 
@@ -198,18 +196,19 @@ class TreeBuilder : public YAML::EventHandler {
   std::optional<Error> fault_;
   int documents_ = 0;
   bool after_root_ = false;
-  size_t nodes_ = 0, bytes_ = 0;
+  Limits limits_;
+  int64_t nodes_ = 0, bytes_ = 0;
 };
 
 }  // namespace
 
-Result<YamlValue> ParseYaml(std::string text, const std::string& file) {
+Result<YamlValue> ParseYaml(std::string text, const std::string& file, const Limits& limits) {
   if (text.empty()) return Error{file + ": expected YAML, got an empty file"};
   if (text.compare(0, 6, "%YAML:") == 0) text[0] = '#';
   try {
     std::istringstream in(text);
     YAML::Parser parser(in);
-    TreeBuilder builder(file);
+    TreeBuilder builder(file, limits);
     while (parser.HandleNextDocument(builder)) {
     }
     if (builder.documents() == 0) return Error{file + ": expected one YAML document, got 0"};

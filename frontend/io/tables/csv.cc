@@ -34,8 +34,8 @@ Error LineError(const std::string& path, int line, const std::string& message) {
 
 }  // namespace
 
-Result<CsvTable> CsvTable::Read(const std::string& path) {
-  auto text = ReadWholeFile(path);
+Result<CsvTable> CsvTable::Read(const std::string& path, const Limits& limits) {
+  auto text = ReadWholeFile(path, limits);
   if (!text) return text.error();
   return Parse(std::move(*text), path);
 }

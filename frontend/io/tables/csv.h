@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/number_text.h"
 #include "frontend/base/result.h"
 
@@ -18,7 +19,7 @@ namespace tagtwist::internal {
 /// Errors read "file:line: what was expected and what is there".
 class CsvTable {
  public:
-  static Result<CsvTable> Read(const std::string& path);
+  static Result<CsvTable> Read(const std::string& path, const Limits& limits = {});
   /// `path` is for messages only.
   static Result<CsvTable> Parse(std::string text, const std::string& path);
 

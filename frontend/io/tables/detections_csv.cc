@@ -117,8 +117,9 @@ std::string StampColumn(TimeUnit unit) { return unit == TimeUnit::kSeconds ? "t"
 
 Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit,
                                                          const std::vector<int>& known_ids,
-                                                         std::vector<std::string>* notes) {
-  const auto table = CsvTable::Read(path);
+                                                         std::vector<std::string>* notes,
+                                                         const Limits& limits) {
+  const auto table = CsvTable::Read(path, limits);
   if (!table) return table.error();
   const auto stamp_column = table->RequireColumns({StampColumn(unit)});
   if (!stamp_column) return stamp_column.error();

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/io/tables/stamps.h"
 #include "frontend/types/measurements.h"
@@ -22,7 +23,8 @@ struct StampedDetections {
 /// passed over, and counted in the notes.
 Result<std::vector<StampedDetections>> ReadDetectionsCsv(const std::string& path, TimeUnit unit,
                                                          const std::vector<int>& known_ids = {},
-                                                         std::vector<std::string>* notes = nullptr);
+                                                         std::vector<std::string>* notes = nullptr,
+                                                         const Limits& limits = {});
 
 /// Optionally the upper triangle of a tag's covariance over u1 v1 .. u4 v4, row by row, in 36
 /// columns c11, c12, .., c88 [px^2]; cells may be empty. And optionally a column `doubled`: a row

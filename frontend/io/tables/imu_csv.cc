@@ -16,8 +16,8 @@ void AppendVector(const Eigen::Vector3d& v, std::string* out) {
 }  // namespace
 
 Result<std::vector<ImuSample>> ReadImuCsv(const std::string& path, TimeUnit unit,
-                                          std::vector<std::string>* notes) {
-  const auto table = CsvTable::Read(path);
+                                          std::vector<std::string>* notes, const Limits& limits) {
+  const auto table = CsvTable::Read(path, limits);
   if (!table) return table.error();
   auto columns = table->RequireColumns(ColumnNames(unit));
   if (!columns) return columns.error();

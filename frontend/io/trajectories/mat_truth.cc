@@ -53,8 +53,8 @@ Result<std::vector<TruthSample>> TruthFromMat(MatFile* file, const std::string& 
   return truth;
 }
 
-Result<std::vector<TruthSample>> ReadMatTruth(const std::string& path) {
-  const auto file = OpenMatFile(path);
+Result<std::vector<TruthSample>> ReadMatTruth(const std::string& path, const Limits& limits) {
+  const auto file = OpenMatFile(path, limits);
   if (!file) return file.error();
   auto truth = TruthFromMat(file->get(), path);
   if (truth && truth->empty()) return Error{path + ": no ground truth: no variable 'vicon'"};

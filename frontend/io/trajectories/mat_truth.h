@@ -12,7 +12,7 @@ namespace tagtwist::internal {
 Result<std::vector<TruthSample>> TruthFromMat(MatFile* file, const std::string& path);
 
 /// The same from a path, for a file that is wanted for its truth alone: at least one sample.
-Result<std::vector<TruthSample>> ReadMatTruth(const std::string& path);
+Result<std::vector<TruthSample>> ReadMatTruth(const std::string& path, const Limits& limits = {});
 
 /// Seconds of a .mat (doubles) to nanoseconds; nullopt for what is no time.
 std::optional<int64_t> NanosecondsFromMat(double seconds);

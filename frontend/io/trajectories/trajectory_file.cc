@@ -15,19 +15,20 @@ namespace tagtwist {
 
 using namespace internal;
 
-Result<TrajectoryFile> ReadTrajectoryFile(const std::string& path, const std::string& body) {
+Result<TrajectoryFile> ReadTrajectoryFile(const std::string& path, const std::string& body,
+                                          const Limits& limits) {
   if (IsMatFile(path)) {
-    auto samples = ReadMatTruth(path);
+    auto samples = ReadMatTruth(path, limits);
     if (!samples) return samples.error();
     return TrajectoryFile{std::move(*samples), "course .mat", {}};
   }
-  auto text = ReadWholeFile(path);
+  auto text = ReadWholeFile(path, limits);
   if (!text) return text.error();
-  return ReadTrajectoryText(std::move(*text), path, body);
+  return ReadTrajectoryText(std::move(*text), path, body, limits);
 }
 
-Result<std::vector<TruthSample>> ReadGroundTruth(const std::string& path) {
-  auto file = ReadTrajectoryFile(path, "");
+Result<std::vector<TruthSample>> ReadGroundTruth(const std::string& path, const Limits& limits) {
+  auto file = ReadTrajectoryFile(path, "", limits);
   if (!file) return file.error();
   return std::move(file->samples);
 }

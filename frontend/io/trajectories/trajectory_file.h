@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/io/trajectories/trajectory_rows.h"
 #include "frontend/types/body_state.h"
@@ -14,10 +15,12 @@ namespace tagtwist {
 /// in any form that ReadTrajectoryText knows. Body in W; stamps grow strictly; quaternions within
 /// 1e-2 of unit norm are normalised. At least one sample. `body`: which one, where there are
 /// several.
-Result<TrajectoryFile> ReadTrajectoryFile(const std::string& path, const std::string& body);
+Result<TrajectoryFile> ReadTrajectoryFile(const std::string& path, const std::string& body,
+                                          const Limits& limits = {});
 
 /// Its samples, for whoever has nobody to tell the notes to.
-Result<std::vector<TruthSample>> ReadGroundTruth(const std::string& path);
+Result<std::vector<TruthSample>> ReadGroundTruth(const std::string& path,
+                                                 const Limits& limits = {});
 
 /// The project's CSV; twist columns only where every sample has a twist.
 std::string FormatGroundTruthCsv(const std::vector<TruthSample>& truth);

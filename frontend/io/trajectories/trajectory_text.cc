@@ -149,12 +149,13 @@ Result<TrajectoryFile> ReadTable(const TextGrid& grid, const std::string& path) 
 }
 
 // KITTI: a 3 x 4 matrix a row, its times in times.txt beside it, one a row.
-std::optional<Result<TrajectoryFile>> ReadKitti(const TextGrid& grid, const std::string& path) {
+std::optional<Result<TrajectoryFile>> ReadKitti(const TextGrid& grid, const std::string& path,
+                                                const Limits& limits) {
   const auto times = std::filesystem::path(path).parent_path() / "times.txt";
   std::error_code unknown;
   const bool is_kitti = grid.heading().empty() && grid.rows().front().cells.size() == 12;
   if (!is_kitti || !std::filesystem::exists(times, unknown)) return std::nullopt;
-  auto text = ReadWholeFile(times.string());
+  auto text = ReadWholeFile(times.string(), limits);
   if (!text) return Result<TrajectoryFile>(text.error());
   std::vector<int64_t> stamps_ns;
   std::string_view rest = *text;
@@ -199,7 +200,7 @@ bool IsC3d(std::string_view bytes) {
 }  // namespace
 
 Result<TrajectoryFile> ReadTrajectoryText(std::string bytes, const std::string& path,
-                                          const std::string& body) {
+                                          const std::string& body, const Limits& limits) {
   if (bytes.empty()) return Error{path + ": empty file"};
   if (IsC3d(bytes)) {
     return Error{path + ": a C3D file has points, no attitudes: export the rigid body's poses as " +
@@ -217,7 +218,7 @@ Result<TrajectoryFile> ReadTrajectoryText(std::string bytes, const std::string& 
   if (!body.empty()) {
     return Error{path + ": has one trajectory without a name: expected no name, got " + body};
   }
-  if (auto kitti = ReadKitti(grid, path)) return *kitti;
+  if (auto kitti = ReadKitti(grid, path, limits)) return *kitti;
   return ReadTable(grid, path);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/io/trajectories/trajectory_rows.h"
 
@@ -11,6 +12,6 @@ namespace tagtwist::internal {
 /// where a file has several. Refused, with the way on: c3d, Euler angles whose order the file does
 /// not tell, positions alone.
 Result<TrajectoryFile> ReadTrajectoryText(std::string bytes, const std::string& path,
-                                          const std::string& body);
+                                          const std::string& body, const Limits& limits = {});
 
 }  // namespace tagtwist::internal

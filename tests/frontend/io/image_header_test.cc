@@ -31,14 +31,15 @@ TEST(ImageHeader, TellsTheSizeThatIsDecoded) {
 }
 
 TEST(ImageHeader, AbsurdSizesAreNotDecoded) {
-  Limits limits;
+  Limits limits, raised;
   limits.frame_pixels = 5000;
+  raised.frame_pixels = 10000;
   for (const char* ending : {".png", ".jpg", ".tiff", ".bmp", ".pgm", ".webp"}) {
     const std::string bytes = Encoded(ending, 123, 45);
     const auto refused = DecodeGrayImage(bytes, limits);
     ASSERT_FALSE(refused) << ending;
     EXPECT_THAT(refused.error().message, HasSubstr("got 123 x 45"));
-    EXPECT_TRUE(DecodeGrayImage(bytes, limits.Times(2))) << ending;
+    EXPECT_TRUE(DecodeGrayImage(bytes, raised)) << ending;
   }
   const auto huge = DecodeGrayImage("P5 32768 32768 255\n" + std::string(40, 'x'));
   ASSERT_FALSE(huge);

@@ -116,7 +116,7 @@ TEST_F(Ros2Bags, DamagedOnesAreRefused) {
 
 TEST_F(Ros2Bags, AChunkThatUnpacksToAThousandTimesItsSizeIsRefused) {
   for (const char* compression : {"lz4", "zstd"}) {
-    const std::string zeros = Record(0x7F, std::string(60'000'000, '\0'));
+    const std::string zeros = Record(0x7F, std::string(80'000'000, '\0'));
     std::string bytes = Mcap(compression, Ros2Recording());
     bytes.insert(8, Chunk(compression, zeros));
     Write("bomb.mcap", bytes);

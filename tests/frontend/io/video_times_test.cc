@@ -40,7 +40,9 @@ TEST(VideoTimes, AFrameOfABillionPixelsIsRefusedBeforeItIsDecoded) {
   const std::string path = folder / "x.avi";
   // In the container's header, then in the frames' own.
   EXPECT_EQ(VideoWith(path, "strf", 12, std::string("\0\x80\0\0\0\x80\0\0", 8)),
-            path + ": expected at most 100 million pixels, got 32768 x 32768");
+            path +
+                ": expected at most 100 million pixels, got 32768 x 32768 "
+                "(--limits frame_pixels=N raises that)");
   EXPECT_NE(VideoWith(path, "\xFF\xC0", 5, std::string("\x80\0\x80\0", 4)), "opened");
 }
 

@@ -18,7 +18,6 @@ namespace tagtwist::internal {
 namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr uint64_t kAlwaysInflated = 32'000'000, kMostRatio = 200;
 
 enum Operation { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kLink = 7 };
 
@@ -119,6 +118,8 @@ bool IsSoundImage(std::string_view message, bool compressed) {
 
 class BagCheck {
  public:
+  explicit BagCheck(const Limits& limits) : limits_(limits) {}
+
   // The byte of the record that is at fault; nullopt: none is.
   std::optional<size_t> Fault(std::string_view file) {
     std::string_view rest = file.substr(kMagic.size());
@@ -135,6 +136,9 @@ class BagCheck {
     if (ends_early) return kMagic.size();
     return std::nullopt;
   }
+
+  // Whether that is for what a chunk would become.
+  bool inflates() const { return inflates_; }
 
  private:
   bool IsSound(const Record& record, size_t at) {
@@ -177,7 +181,8 @@ class BagCheck {
     const auto compression = record.fields.find("compression");
     if (!size || compression == record.fields.end()) return false;
     if (compression->second != "none") {
-      return *size <= kAlwaysInflated || *size / kMostRatio <= record.data.size();
+      inflates_ = !MayInflate(record.data.size(), *size, limits_);
+      return !inflates_;
     }
     known_messages_ = true;
     if (*size != record.data.size()) return false;
@@ -218,16 +223,23 @@ class BagCheck {
   std::vector<std::pair<size_t, uint64_t>> places_;  // of chunks, as others say
   std::map<uint64_t, std::string> types_;
   uint64_t index_place_ = 0;
+  Limits limits_;
+  bool inflates_ = false;
 };
 
 }  // namespace
 
-Status CheckBagRecords(const std::string& path) {
+Status CheckBagRecords(const std::string& path, const Limits& limits) {
   const MappedFile file(path);
   const std::string_view bytes = file.bytes();
   if (bytes.substr(0, kMagic.size()) != kMagic) return Ok();  // ROS says what it is instead
-  const auto fault = BagCheck().Fault(bytes);
+  BagCheck check(limits);
+  const auto fault = check.Fault(bytes);
   if (!fault) return Ok();
+  if (check.inflates()) {
+    return Error{path + ": the chunk at byte " + std::to_string(*fault) +
+                 " says that it becomes larger than any" + RaisesLimit("inflated_ratio")};
+  }
   return Error{path + ": a damaged bag, or one whose recording was not ended: the record at byte " +
                std::to_string(*fault) + " does not add up: rosbag reindex saves what is whole"};
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
@@ -11,6 +12,6 @@ namespace tagtwist::internal {
 /// large, and images in chunks that are not compressed have the bytes that they announce. Looks at
 /// headers alone, not at what messages hold.
 /// "x.bag: a damaged bag: the record at byte 13 does not add up".
-Status CheckBagRecords(const std::string& path);
+Status CheckBagRecords(const std::string& path, const Limits& limits = {});
 
 }  // namespace tagtwist::internal

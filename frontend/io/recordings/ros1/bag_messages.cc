@@ -112,13 +112,14 @@ std::optional<ImuSample> ReadRos1Imu(const rosbag::MessageInstance& instance) {
   return out;
 }
 
-Result<cv::Mat> ReadRos1Image(const rosbag::MessageInstance& instance, std::string* problem) {
+Result<cv::Mat> ReadRos1Image(const rosbag::MessageInstance& instance, const Limits& limits,
+                              std::string* problem) {
   Result<cv::Mat> image = cv::Mat();
   if (const auto raw = instance.instantiate<sensor_msgs::Image>()) {
     image = GrayFromRaw(
         {raw->encoding, raw->width, raw->height, raw->step, raw->is_bigendian != 0, &raw->data});
   } else if (const auto file = instance.instantiate<sensor_msgs::CompressedImage>()) {
-    image = DecodeGrayImage(std::string(file->data.begin(), file->data.end()));
+    image = DecodeGrayImage(std::string(file->data.begin(), file->data.end()), limits);
   }
   if (image) return image;
   if (image.error().message.rfind("encoding", 0) == 0) return image;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/bag_topics.h"
 #include "frontend/io/recordings/camera_info.h"
@@ -25,7 +26,8 @@ bool IsRos1Transforms(const std::string& type);  // TFMessage, tf's and tf2's
 std::optional<int64_t> Ros1ImageStamp(const rosbag::MessageInstance& message);
 /// An image that does not decode comes out empty, with its `problem`. An error: the whole
 /// recording cannot be worked with.
-Result<cv::Mat> ReadRos1Image(const rosbag::MessageInstance& message, std::string* problem);
+Result<cv::Mat> ReadRos1Image(const rosbag::MessageInstance& message, const Limits& limits,
+                              std::string* problem);
 std::optional<RosCameraInfo> ReadRos1CameraInfoMessage(const rosbag::MessageInstance& message);
 /// nullopt where the message holds none, or numbers that are not finite. The stamp is the header's.
 std::optional<ImuSample> ReadRos1Imu(const rosbag::MessageInstance& message);

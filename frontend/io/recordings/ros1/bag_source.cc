@@ -120,7 +120,7 @@ class BagSource : public DataSource {
       ++next_;
       ++position_;
       if (options_.read_images) {
-        auto image = ReadRos1Image(*at_, &frame.image_problem);
+        auto image = ReadRos1Image(*at_, options_.limits, &frame.image_problem);
         if (!image) return Error{frame.name + ": " + image.error().message};
         frame.image = std::move(*image);
       }
@@ -208,8 +208,9 @@ class BagSource : public DataSource {
 
 }  // namespace
 
-Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::string& topic) {
-  if (const auto sound = CheckBagRecords(path); !sound) return sound.error();
+Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::string& topic,
+                                         const Limits& limits) {
+  if (const auto sound = CheckBagRecords(path, limits); !sound) return sound.error();
   console_bridge::noOutputHandler();
   try {
     const rosbag::Bag bag(path, rosbag::bagmode::Read);
@@ -229,7 +230,7 @@ Result<std::unique_ptr<DataSource>> OpenBagSource(const std::string& path,
                                                   const DataSourceOptions& options) {
   if (options.use_detections)
     return Error{path + ": a bag has no detections to use: leave out --use_detections"};
-  if (const auto sound = CheckBagRecords(path); !sound) return sound.error();
+  if (const auto sound = CheckBagRecords(path, options.limits); !sound) return sound.error();
   console_bridge::noOutputHandler();  // rosbag would print besides
   try {
     auto source = std::make_unique<BagSource>(path, options);

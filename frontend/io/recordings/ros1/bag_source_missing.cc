@@ -11,7 +11,8 @@ Error NotRead(const std::string& path) {
 
 }  // namespace
 
-Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::string&) {
+Result<RosCameraInfo> ReadRos1CameraInfo(const std::string& path, const std::string&,
+                                         const Limits&) {
   return NotRead(path);
 }
 

@@ -11,9 +11,6 @@
 namespace tagtwist::internal {
 namespace {
 
-// What a chunk may unpack to, whatever it says: so much always, more where it is that much itself.
-constexpr uint64_t kAlwaysUnpacked = 32'000'000, kMostUnpackedRatio = 200;
-
 std::optional<std::string> Lz4(std::string_view packed, uint64_t size) {
   std::string out(size, '\0');
   LZ4F_dctx* context = nullptr;
@@ -40,17 +37,19 @@ std::optional<std::string> Zstd(std::string_view packed, uint64_t size) {
 
 }  // namespace
 
-Result<std::string> UnpackMcapChunk(std::string_view chunk) {
+Result<std::string> UnpackMcapChunk(std::string_view chunk, const Limits& limits) {
   McapBytes bytes(chunk);
   bytes.Take(16);  // first and last time
   const auto size = bytes.Take<uint64_t>();
   const auto checksum = bytes.Take<uint32_t>();
   const std::string_view compression = bytes.TakeText();
   const std::string_view packed = bytes.Take(bytes.Take<uint64_t>());
-  if (!bytes.Good() || size > kLargestMcapRecord) return Error{"a damaged chunk"};
-  if (size > kAlwaysUnpacked && size / kMostUnpackedRatio > packed.size()) {
+  if (!bytes.Good() || size > static_cast<uint64_t>(limits.record_bytes))
+    return Error{"a damaged chunk"};
+  if (!MayInflate(packed.size(), size, limits)) {
     return Error{"a chunk that says it unpacks to " +
-                 std::to_string(size / std::max<uint64_t>(packed.size(), 1)) + " times its size"};
+                 std::to_string(size / std::max<uint64_t>(packed.size(), 1)) + " times its size" +
+                 RaisesLimit("inflated_ratio")};
   }
   std::optional<std::string> out;
   if (compression.empty()) {

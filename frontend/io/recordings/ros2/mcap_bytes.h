@@ -3,12 +3,10 @@
 #include <string>
 #include <string_view>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
-
-/// No record of a file, and no chunk unpacked, is taken that is larger [bytes].
-inline constexpr uint64_t kLargestMcapRecord = uint64_t{1} << 30;
 
 /// Reads little-endian values off the front of bytes; past their end everything is zero and Good()
 /// false.
@@ -47,6 +45,6 @@ class McapBytes {
 
 /// The records in the content of a chunk (https://mcap.dev/spec), or why there are none, without
 /// any name.
-Result<std::string> UnpackMcapChunk(std::string_view chunk);
+Result<std::string> UnpackMcapChunk(std::string_view chunk, const Limits& limits = {});
 
 }  // namespace tagtwist::internal

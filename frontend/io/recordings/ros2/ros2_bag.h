@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
@@ -43,7 +44,7 @@ Result<std::unique_ptr<Ros2Bag>> OpenRos2Sqlite(const std::string& path);
 /// Chunked or not, with lz4, zstd or no compression, with an index or without: the records are read
 /// through once. Refused: a file that is cut or was not ended, checksums that do not fit, sizes
 /// that no record has. Messages in other encodings than cdr are passed over.
-Result<std::unique_ptr<Ros2Bag>> OpenRos2Mcap(const std::string& path);
+Result<std::unique_ptr<Ros2Bag>> OpenRos2Mcap(const std::string& path, const Limits& limits = {});
 
 /// True when the file begins as one of them does.
 bool IsRos2Sqlite(const std::string& path);

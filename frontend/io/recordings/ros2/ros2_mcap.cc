@@ -34,13 +34,14 @@ constexpr size_t kMessageHead = 22;  // channel, sequence and two times
 
 class File {
  public:
-  explicit File(const std::string& path) : in_(path, std::ios::binary) {
+  File(const std::string& path, const Limits& limits)
+      : in_(path, std::ios::binary), most_(static_cast<uint64_t>(limits.record_bytes)) {
     in_.seekg(0, std::ios::end);
     size_ = in_ ? static_cast<uint64_t>(in_.tellg()) : 0;
   }
   uint64_t size() const { return size_; }
   std::optional<std::string> Read(uint64_t offset, uint64_t size) {
-    if (offset > size_ || size > size_ - offset || size > kLargestMcapRecord) return std::nullopt;
+    if (offset > size_ || size > size_ - offset || size > most_) return std::nullopt;
     std::string out(size, '\0');
     in_.clear();
     in_.seekg(static_cast<std::streamoff>(offset));
@@ -50,13 +51,13 @@ class File {
 
  private:
   std::ifstream in_;
-  uint64_t size_ = 0;
+  uint64_t size_ = 0, most_;
 };
 
 class McapCursor : public Ros2Cursor {
  public:
-  McapCursor(const std::string& path, std::vector<MessagePlace> places)
-      : path_(path), file_(path), places_(std::move(places)) {}
+  McapCursor(const std::string& path, std::vector<MessagePlace> places, const Limits& limits)
+      : path_(path), limits_(limits), file_(path, limits), places_(std::move(places)) {}
 
   Result<std::optional<Ros2Message>> Next() override {
     if (next_ == places_.size()) return std::optional<Ros2Message>();
@@ -82,7 +83,7 @@ class McapCursor : public Ros2Cursor {
     const auto head = file_.Read(offset - 8, 8);
     const auto packed = head ? file_.Read(offset, McapBytes(*head).Take<uint64_t>()) : std::nullopt;
     if (!packed) return DamagedMcap(path_);
-    auto chunk = UnpackMcapChunk(*packed);
+    auto chunk = UnpackMcapChunk(*packed, limits_);
     if (!chunk) return Error{path_ + ": " + chunk.error().message};
     chunk_ = std::move(*chunk);
     loaded_ = offset;
@@ -90,6 +91,7 @@ class McapCursor : public Ros2Cursor {
   }
 
   std::string path_;
+  Limits limits_;
   File file_;
   std::vector<MessagePlace> places_;
   size_t next_ = 0;
@@ -99,10 +101,10 @@ class McapCursor : public Ros2Cursor {
 
 class McapBag : public Ros2Bag {
  public:
-  explicit McapBag(std::string path) : path_(std::move(path)) {}
+  McapBag(std::string path, const Limits& limits) : path_(std::move(path)), limits_(limits) {}
 
   Status Scan() {
-    File file(path_);
+    File file(path_, limits_);
     const uint64_t end = file.size();
     const auto first = file.Read(0, kMagic.size());
     const auto last = end < 2 * kMagic.size() ? std::nullopt : file.Read(end - kMagic.size(), 8);
@@ -141,7 +143,8 @@ class McapBag : public Ros2Bag {
         places.push_back(place);
       }
     }
-    return std::unique_ptr<Ros2Cursor>(std::make_unique<McapCursor>(path_, std::move(places)));
+    return std::unique_ptr<Ros2Cursor>(
+        std::make_unique<McapCursor>(path_, std::move(places), limits_));
   }
 
  private:
@@ -186,7 +189,7 @@ class McapBag : public Ros2Bag {
   }
 
   Status TakeChunk(std::string_view content, uint64_t offset) {
-    const auto records = UnpackMcapChunk(content);
+    const auto records = UnpackMcapChunk(content, limits_);
     if (!records) return Error{path_ + ": " + records.error().message};
     McapBytes bytes(*records);
     while (bytes.left() > 0) {
@@ -211,6 +214,7 @@ class McapBag : public Ros2Bag {
   }
 
   std::string path_;
+  Limits limits_;
   std::map<uint16_t, std::string> schemas_;  // names by id
   std::map<uint16_t, size_t> channels_;      // topics by id
   std::vector<Ros2Topic> topics_;
@@ -226,8 +230,8 @@ bool IsRos2Mcap(const std::string& path) {
   return in && std::memcmp(first.data(), kMagic.data(), kMagic.size()) == 0;
 }
 
-Result<std::unique_ptr<Ros2Bag>> OpenRos2Mcap(const std::string& path) {
-  auto bag = std::make_unique<McapBag>(path);
+Result<std::unique_ptr<Ros2Bag>> OpenRos2Mcap(const std::string& path, const Limits& limits) {
+  auto bag = std::make_unique<McapBag>(path, limits);
   if (const Status scanned = bag->Scan(); !scanned) return scanned.error();
   return std::unique_ptr<Ros2Bag>(std::move(bag));
 }

@@ -94,12 +94,12 @@ Result<Value> ReadMessage(const tagtwist::internal::Cdr& data, const Read& read)
   }
 }
 
-Result<cv::Mat> TakeImage(Reader* reader, bool compressed) {
+Result<cv::Mat> TakeImage(Reader* reader, bool compressed, const Limits& limits) {
   reader->TakeHeader();
   if (compressed) {
     reader->TakeText();
     const std::vector<uint8_t> bytes = reader->TakeBytes();
-    return DecodeGrayImage(std::string(bytes.begin(), bytes.end()));
+    return DecodeGrayImage(std::string(bytes.begin(), bytes.end()), limits);
   }
   RawImage raw;
   raw.height = reader->Take<uint32_t>();
@@ -180,9 +180,11 @@ bool IsRos2Tags(const std::string& type) {
   return type == "apriltag_msgs/msg/AprilTagDetectionArray" || type == kIsaacTags;
 }
 
-Result<cv::Mat> ReadRos2Image(const std::string& type, const tagtwist::internal::Cdr& data) {
+Result<cv::Mat> ReadRos2Image(const std::string& type, const tagtwist::internal::Cdr& data,
+                              const Limits& limits) {
   const bool compressed = type == "sensor_msgs/msg/CompressedImage";
-  return ReadMessage<cv::Mat>(data, [&](Reader* reader) { return TakeImage(reader, compressed); });
+  return ReadMessage<cv::Mat>(
+      data, [&](Reader* reader) { return TakeImage(reader, compressed, limits); });
 }
 
 Result<RosCameraInfo> ReadRos2CameraInfoMessage(const tagtwist::internal::Cdr& data) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/bag_topics.h"
 #include "frontend/io/recordings/camera_info.h"
@@ -29,7 +30,7 @@ bool IsRos2Transforms(const std::string& type);  // TFMessage
 /// AprilTagDetectionArray of apriltag_msgs or isaac_ros_apriltag_interfaces.
 bool IsRos2Tags(const std::string& type);
 
-Result<cv::Mat> ReadRos2Image(const std::string& type, const Cdr& data);
+Result<cv::Mat> ReadRos2Image(const std::string& type, const Cdr& data, const Limits& limits = {});
 Result<RosCameraInfo> ReadRos2CameraInfoMessage(const Cdr& data);
 /// The stamp is the header's.
 Result<ImuSample> ReadRos2Imu(const Cdr& data);

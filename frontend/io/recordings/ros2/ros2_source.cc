@@ -17,8 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
-Result<std::unique_ptr<Ros2Bag>> OpenFile(const std::string& path) {
-  return IsRos2Mcap(path) ? OpenRos2Mcap(path) : OpenRos2Sqlite(path);
+Result<std::unique_ptr<Ros2Bag>> OpenFile(const std::string& path, const Limits& limits) {
+  return IsRos2Mcap(path) ? OpenRos2Mcap(path, limits) : OpenRos2Sqlite(path);
 }
 
 // The files of a bag, in order of their names' lengths and names: r_2 before r_10.
@@ -40,12 +40,12 @@ Result<Names> FilesOf(const std::string& path) {
   return out;
 }
 
-Result<Ros2Bags> OpenFiles(const std::string& path) {
+Result<Ros2Bags> OpenFiles(const std::string& path, const Limits& limits) {
   const auto files = FilesOf(path);
   if (!files) return files.error();
   Ros2Bags out;
   for (const std::string& file : *files) {
-    auto bag = OpenFile(file);
+    auto bag = OpenFile(file, limits);
     if (!bag) return bag.error();
     out.push_back(std::move(*bag));
   }
@@ -65,7 +65,7 @@ class Ros2Source : public DataSource {
       : path_(std::move(path)), options_(options) {}
 
   Status Open() {
-    auto bags = OpenFiles(path_);
+    auto bags = OpenFiles(path_, options_.limits);
     if (!bags) return bags.error();
     bags_ = std::move(*bags);
     const auto fits = options_.use_detections ? IsRos2Tags : IsRos2Image;
@@ -103,7 +103,7 @@ class Ros2Source : public DataSource {
       return std::optional<Frame>(std::move(frame));
     }
     if (!options_.read_images) return std::optional<Frame>(std::move(frame));
-    auto image = ReadRos2Image(typed->type, typed->message.data);
+    auto image = ReadRos2Image(typed->type, typed->message.data, options_.limits);
     if (image) {
       if (auto fault = size_guard_.Check(*image, frame.name)) return *fault;
       frame.image = std::move(*image);
@@ -259,8 +259,9 @@ bool IsRos2Bag(const std::string& path) {
   return false;
 }
 
-Result<RosCameraInfo> ReadRos2CameraInfo(const std::string& path, const std::string& topic) {
-  const auto bags = OpenFiles(path);
+Result<RosCameraInfo> ReadRos2CameraInfo(const std::string& path, const std::string& topic,
+                                         const Limits& limits) {
+  const auto bags = OpenFiles(path, limits);
   if (!bags) return bags.error();
   const auto chosen = ChooseCameraTopic(Ros2TopicsThat(*bags, IsRos2CameraInfo), topic);
   if (!chosen) return Error{path + ": " + chosen.error().message};

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "tests/support/program_test_util.h"
@@ -57,7 +58,8 @@ TEST_F(HostileFiles, XmlOfNumbersAlone) {
   std::string text = "<opencv_storage><a>";
   for (int i = 0; i < 4'000'000; ++i) text += "1 ";
   WriteText(folder_ / "x", text + "</a></opencv_storage>");
-  ExpectRefused(Estimate({"--camera_file", "x"}), "x: expected a smaller file");
+  ExpectRefused(Estimate({"--camera_file", "x"}),
+                "x: expected a smaller file (--limits nodes=N raises that)");
 }
 
 TEST_F(HostileFiles, TablesOfNamesAlone) {
@@ -175,6 +177,57 @@ TEST_F(HostileFiles, ACompressedVariableOfZerosIsNotInflatedWhole) {
 TEST_F(HostileFiles, ABagWhoseHeaderIsLongerThanItIs) {
   WriteText(folder_ / "x.bag", std::string("#ROSBAG V2.0\n\x04\0\0\0\x3f\x42\x0f\0\0\0\0\0", 25));
   ExpectRefused(Run("tagtwist_estimate", {"--dataset", "x.bag", "--output", "out"}), "x.bag: ");
+}
+
+bool IsUtf8(const std::string& text) {
+  for (size_t i = 0; i < text.size();) {
+    const auto first = static_cast<unsigned char>(text[i++]);
+    const int more = first < 0x80   ? 0
+                     : first < 0xC2 ? -1
+                     : first < 0xE0 ? 1
+                     : first < 0xF0 ? 2
+                     : first < 0xF5 ? 3
+                                    : -1;
+    if (more < 0) return false;
+    for (int k = 0; k < more; ++k, ++i) {
+      if (i >= text.size() || (static_cast<unsigned char>(text[i]) & 0xC0) != 0x80) return false;
+    }
+  }
+  return true;
+}
+
+TEST_F(HostileFiles, ANameThatIsNoTextLeavesReportsText) {
+  std::filesystem::rename(folder_ / "rec", folder_ / "r\xff<b>c");
+  const ProgramRun run =
+      Run("tagtwist_estimate", {"--dataset", "r\xff<b>c", "--use_detections", "--output", "out"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(IsUtf8(ReadText(folder_ / "out/report.html")));
+  EXPECT_TRUE(IsUtf8(ReadText(folder_ / "out/summary.json")));
+}
+
+// What frames wait is the machine's time, whatever their stamps say.
+TEST_F(HostileFiles, StampsAtTheEndOfAllNumbersHaveALatency) {
+  for (const std::string seconds : {"4599999999.", "-4599999999."}) {
+    const std::string rows = ReadText(folder_ / "rec/detections.csv");
+    std::filesystem::create_directory(folder_ / ("at" + seconds));
+    std::string text = rows.substr(0, rows.find('\n') + 1);
+    for (size_t at = text.size(); at < rows.size();) {
+      const std::string row = rows.substr(at, rows.find('\n', at) + 1 - at);
+      const double t_s = std::stod(row);
+      const int ms = static_cast<int>(1e3 * (seconds[0] == '-' ? 0.9 - t_s : t_s) + 0.5);
+      const std::string digits = std::to_string(1000 + ms).substr(1);
+      text += seconds + digits + row.substr(row.find(','));
+      at += row.size();
+    }
+    WriteText(folder_ / ("at" + seconds) + "/detections.csv", text);
+    const ProgramRun run =
+        Run("tagtwist_estimate", {"--dataset", "at" + seconds, "--use_detections", "--output",
+                                  "out", "--sliding_window", "--realtime"});
+    ASSERT_EQ(run.status, 0) << run.err;
+    const auto summary = nlohmann::json::parse(ReadText(folder_ / "out/summary.json"));
+    EXPECT_GT(summary["live"]["latency_ms"]["p50"].get<double>(), 0);
+    EXPECT_LT(summary["live"]["latency_ms"]["max"].get<double>(), 1e5);
+  }
 }
 
 }  // namespace

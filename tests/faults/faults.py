@@ -1,0 +1,226 @@
+"""Disks that fail, memory that ends and processes that are killed, at each moment of a run.
+
+usage: faults.py PROGRAM_DIR LIBRARY [every|SAMPLE] [MODE [KIND]]
+
+LIBRARY (tests/faults) makes the n-th write, rename, fsync, read or malloc of a process fail. After each such run, in
+each mode, the results are the older ones or the new ones, whole; exit status 0 says that they are the new ones, and 1
+comes with one line on standard error; nothing hidden is left. `every` takes every n (of malloc 2000, spread evenly),
+a number so many n of each kind, the first ones and a spread of the others. KIND kill: SIGKILL at as many moments,
+spread at random; then the next run tells what it finds, and the results are whole.
+"""
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+KINDS = ('write', 'rename', 'fsync', 'read', 'malloc', 'kill')
+TIMED = ('summary.json', 'report.html')  # two runs differ in their times
+COURSE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'configs', 'course.yaml')
+
+
+def tree(path):
+    """Names below a path, with their contents where these do not tell times; None where nothing is there."""
+    if not os.path.lexists(path):
+        return None
+    if not os.path.isdir(path):
+        return open(path, 'rb').read()
+    out = {}
+    for root, folders, files in os.walk(path):
+        for name in folders + files:
+            full = os.path.join(root, name)
+            out[os.path.relpath(full, path)] = b'' if name in folders or name in TIMED else open(full, 'rb').read()
+    return out
+
+
+class Mode:
+    """One way to run: what it writes at `out`, and what lay there before."""
+
+    def __init__(self, name, arguments, older=None, steady=True):
+        self.name, self.arguments, self.older, self.steady = name, arguments, older, steady
+
+
+def modes():
+    estimate = ['tagtwist_estimate', '--dataset', 'rec', '--use_detections', '--threads', '1', '--output', 'out']
+    older = ['--max_frames', '8', '--write_covariance']
+    yield Mode('batch', estimate, estimate + older)
+    yield Mode('window', [*estimate, '--sliding_window', '--write_covariance'], estimate + older)
+    # What is dropped depends on the moment.
+    yield Mode('live', [*estimate, '--sliding_window', '--realtime', '--stream', 'out/../stream.csv'], estimate + older,
+               steady=False)
+    yield Mode('calibrate', [*estimate, '--calibrate'], estimate + older)
+    yield Mode('simulate', ['tagtwist_simulate', '--output', 'out', '--images=false', '--duration', '1'])
+    yield Mode('simulate_mat', ['tagtwist_simulate', '--output', 'out', '--images=false', '--duration', '1', '--format', 'mat'])
+    yield Mode('map', ['tagtwist_map', '--map', COURSE, '--render', 'out'], ['tagtwist_map', '--map', 'map.yaml', '--render', 'out'])
+    yield Mode('compare', ['tagtwist_compare', 'o.tum', '--ground_truth', 'o.tum', '--json', 'out'],
+               ['tagtwist_compare', 'o.tum', '--ground_truth', 'rec/ground_truth.csv', '--json', 'out'])
+
+
+class Faults:
+    def __init__(self, programs, library, work):
+        self.programs, self.library, self.work = os.path.abspath(programs), os.path.abspath(library), work
+        self.out = os.path.join(work, 'out')
+        os.mkdir(os.path.join(work, 'tmp'))
+        self.run(['tagtwist_simulate', '--output', 'rec', '--images=false', '--duration', '1', '--rate', '30'])
+        with open(os.path.join(work, 'o.tum'), 'w') as file:
+            file.write(''.join(f'{t / 10} {1 + t} 1 1 0 0 0 1\n' for t in range(5)))
+        with open(os.path.join(work, 'map.yaml'), 'w') as file:
+            file.write('target_type: aprilgrid\ntagCols: 2\ntagRows: 2\ntagSize: 0.1\ntagSpacing: 0.3\n')
+
+    def start(self, command, **environment):
+        return subprocess.Popen([os.path.join(self.programs, command[0]), *command[1:]], cwd=self.work,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                env=dict(os.environ, TMPDIR=os.path.join(self.work, 'tmp'), **environment))
+
+    def run(self, command, **environment):
+        process = self.start(command, **environment)
+        try:
+            _, err = process.communicate(timeout=60)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            return -100, ''
+        return process.returncode, err.decode('utf-8', 'replace')
+
+    def clear(self):
+        for name in os.listdir(self.work):
+            if name not in ('rec', 'o.tum', 'map.yaml', 'tmp', 'older'):
+                path = os.path.join(self.work, name)
+                shutil.rmtree(path) if os.path.isdir(path) and not os.path.islink(path) else os.remove(path)
+
+    def prepare(self, mode):
+        self.clear()
+        shutil.rmtree(os.path.join(self.work, 'older'), ignore_errors=True)
+        self.older = self.new = None
+        if mode.older:
+            status, err = self.run(mode.older)
+            assert status == 0, (mode.name, err)
+            self.older = tree(self.out)
+            os.rename(self.out, os.path.join(self.work, 'older'))
+        self.clear()
+        self.restore()
+        status, err = self.run(mode.arguments)
+        assert status == 0, (mode.name, err)
+        self.new = tree(self.out)
+        self.clear()
+
+    def restore(self):
+        older = os.path.join(self.work, 'older')
+        if os.path.isdir(older):
+            shutil.copytree(older, self.out)
+        elif os.path.exists(older):
+            shutil.copy(older, self.out)
+
+    def same(self, mode, one, other):
+        if not mode.steady and isinstance(one, dict) and isinstance(other, dict):
+            return set(one) == set(other)
+        return one == other
+
+    def left_over(self):
+        known = ('rec', 'o.tum', 'map.yaml', 'tmp', 'older', 'out', 'stream.csv')
+        return [n for n in os.listdir(self.work) if n not in known] + os.listdir(os.path.join(self.work, 'tmp'))
+
+    def fault_of(self, mode, status, err):
+        """What is wrong after a run; '' where nothing is."""
+        # A live run says how it went, however it ends.
+        err = ''.join(line for line in err.splitlines(True) if ': live: ' not in line)
+        now = tree(self.out)
+        new, older = self.same(mode, now, self.new), now == self.older
+        if status not in (0, 1):
+            return f'exit status {status}'
+        if status == 0 and not new:
+            return 'silent: exit status 0 without the new results'
+        if status == 1 and (err.count('\n') != 1 or not err.endswith('\n')):
+            return f'{err.count(chr(10))} lines'
+        # Where nothing lay before, the summary that says why the run failed may lie there.
+        told = self.older is None and isinstance(now, dict) and set(now) <= {'summary.json'}
+        if not new and not older and not told:
+            return 'neither the older results nor the new ones'
+        left = self.left_over()
+        return f'left over: {left}' if left else ''
+
+    def count(self, mode, kind):
+        self.clear()
+        self.restore()
+        path = os.path.join(self.work, 'count')
+        self.run(mode.arguments, LD_PRELOAD=self.library, TAGTWIST_FAULT=f'{kind}:0', TAGTWIST_FAULT_COUNT=path)
+        return int(open(path).read())
+
+    def numbers(self, total, sample, kind):
+        most = 2000 if kind == 'malloc' else total
+        wanted = most if sample == 'every' else int(sample)
+        if wanted >= total:
+            return list(range(1, total + 1))
+        first = list(range(1, wanted // 2 + 1))
+        return sorted({*first, *(round(first[-1] + (total - len(first)) * (i + 1) / (wanted - len(first)))
+                                 for i in range(wanted - len(first)))}) if first else [max(1, total // 2)]
+
+    def fail_each(self, mode, kind, sample):
+        total, done, told, faults = self.count(mode, kind), 0, 0, []
+        for n in self.numbers(total, sample, kind):
+            self.clear()
+            self.restore()
+            status, err = self.run(mode.arguments, LD_PRELOAD=self.library, TAGTWIST_FAULT=f'{kind}:{n}')
+            done, told = done + 1, told + (status == 1)
+            fault = self.fault_of(mode, status, err)
+            if fault:
+                faults.append(n)
+                print(f'{mode.name}, {kind} {n} of {total}: {fault}: {err[:300]!r}', flush=True)
+        print(f'{mode.name}: {kind}: {done} of {total} failed, {told} told, {len(faults)} wrong', flush=True)
+        return len(faults)
+
+    def kill_at_random(self, mode, count):
+        if mode.older is None or not isinstance(self.new, dict):
+            return 0
+        start = time.monotonic()
+        self.clear()
+        self.restore()
+        self.run(mode.arguments)
+        whole_s, rng, olds, news, faults = time.monotonic() - start, random.Random(7), 0, 0, 0
+        for _ in range(count):
+            self.clear()
+            self.restore()
+            process = self.start(mode.arguments)
+            time.sleep(rng.uniform(0, 1.1 * whole_s))
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+            # Whatever the next run is there for, it begins with what was left.
+            status, err = self.run(['tagtwist_estimate', '--dataset', 'absent', '--output', 'out'])
+            now = tree(self.out)
+            older, new = now == self.older, self.same(mode, now, self.new)
+            olds, news = olds + older, news + new
+            if status != 1 or not older and not new or self.left_over():
+                faults += 1
+                print(f'{mode.name}, killed: {sorted(now or {})}, left {self.left_over()}: {err!r}', flush=True)
+        print(f'{mode.name}: {count} kills: {olds} older results, {news} new ones, {faults} wrong', flush=True)
+        return faults
+
+
+def main():
+    programs, library = sys.argv[1:3]
+    sample = sys.argv[3] if len(sys.argv) > 3 else '4'
+    wanted_mode, wanted_kind = (sys.argv[4:6] + ['', ''])[:2]
+    work = tempfile.mkdtemp(prefix='tagtwist_faults_')
+    wrong = 0
+    try:
+        faults = Faults(programs, library, work)
+        for mode in modes():
+            if wanted_mode not in ('', 'all', mode.name):
+                continue
+            faults.prepare(mode)
+            for kind in KINDS:
+                if wanted_kind not in ('', kind):
+                    continue
+                if kind == 'kill':
+                    wrong += faults.kill_at_random(mode, 200 if sample == 'every' else int(sample))
+                else:
+                    wrong += faults.fail_each(mode, kind, sample)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return 1 if wrong else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
