@@ -86,6 +86,11 @@ void PrintMethod(const char* name, const MethodRun& run, double reference_ms) {
   std::printf("\n");
 }
 
+double Mean(const MethodRun& run) {
+  return std::accumulate(run.frame_ms.begin(), run.frame_ms.end(), 0.0) /
+         static_cast<double>(run.frame_ms.size());
+}
+
 // Frame by frame every method in turn, so that what slows the machine slows all of them.
 Status Measure() {
   const Config config = ScaledConfig(FLAGS_scale);
@@ -95,6 +100,8 @@ Status Measure() {
   auto posed = PlainMethod::Create(config, /*with_pose=*/true);
   auto guided = OnlineMethod::Create(config, /*guided=*/true);
   auto full = OnlineMethod::Create(config, /*guided=*/false);
+  auto pieces = PiecesMethod::Create(config);
+  if (!pieces) return pieces.error();
   for (const auto* method : {&plain, &posed}) {
     if (!*method) return method->error();
   }
@@ -106,10 +113,12 @@ Status Measure() {
     const SimulatedFrame& frame = (*frames)[i];
     plain->Add(frame);
     posed->Add(frame);
+    pieces->Add(frame);
     if (const auto added = guided->Add(frame); !added) return added;
     if (const auto added = full->Add(frame); !added) return added;
     progress.Update(i + 1);
   }
+  pieces->Finish();
   const double reference_ms = Quantile(plain->run().frame_ms, 0.5);
   std::printf("%zu frames of %d x %d px, CPU time of one thread; RMSE against the exact truth\n",
               frames->size(), config.set_up.rig.front().camera.width,
@@ -120,10 +129,10 @@ Status Measure() {
   PrintMethod("AprilTag, plain, + solvePnP", posed->run(), reference_ms);
   PrintMethod("tagtwist online, guided", guided->run(), reference_ms);
   PrintMethod("tagtwist online, every image searched", full->run(), reference_ms);
-  const std::vector<double>& all_ms = guided->run().frame_ms;
-  std::printf(
-      "  guided: mean of all frames, the first included, %.2f ms\n",
-      std::accumulate(all_ms.begin(), all_ms.end(), 0.0) / static_cast<double>(all_ms.size()));
+  PrintMethod("tagtwist batch, but for the solve", pieces->run(), reference_ms);
+  std::printf("  guided: mean of all frames, the first included, %.2f ms\n", Mean(guided->run()));
+  std::printf("  batch: mean of all frames %.2f ms, of the reference's mean %.3f\n",
+              Mean(pieces->run()), Mean(pieces->run()) / Mean(plain->run()));
   for (const auto& [name, stage_ms] : guided->stages()) {
     std::printf("  guided: %-10s p50 %.2f, p99 %.2f ms\n", name.c_str(), Quantile(stage_ms, 0.5),
                 Quantile(stage_ms, 0.99));

@@ -1,6 +1,8 @@
 #include "bench/online.h"
 
+#include <algorithm>
 #include <opencv2/calib3d.hpp>
+#include <utility>
 
 #include "frontend/types/so3.h"
 
@@ -52,6 +54,39 @@ void PlainMethod::Add(const SimulatedFrame& frame) {
   run_.frame_ms.push_back(watch.ElapsedMs());
   run_.tags += tags.size();
   if (pose) Judge({*pose, {}}, frame.truth, /*has_velocity=*/false, &run_);
+}
+
+Result<PiecesMethod> PiecesMethod::Create(const Config& config) {
+  auto refiner = CornerRefiner::Create(config.set_up.map, config.set_up.rig.front().camera);
+  if (!refiner) return refiner.error();
+  auto kept = std::make_unique<CornerRefiner>(std::move(*refiner));
+  auto sweep = TagSweep::Create(config.set_up, config.front_end.detector, *kept);
+  if (!sweep) return sweep.error();
+  return PiecesMethod(config, std::move(kept), std::move(*sweep));
+}
+
+PiecesMethod::PiecesMethod(Config config, std::unique_ptr<CornerRefiner> refiner, TagSweep sweep)
+    : config_(std::move(config)),
+      refiner_(std::move(refiner)),
+      sweep_(std::move(sweep)),
+      front_end_(config_.set_up, config_.front_end) {}
+
+void PiecesMethod::Add(const SimulatedFrame& frame) {
+  piece_.push_back({frame.t_ns, frame.image});
+  if (piece_.size() == TagSweep::PieceLength(config_.set_up.rig.front().camera)) Finish();
+}
+
+void PiecesMethod::Finish() {
+  const CpuClock watch;
+  const std::vector<SweptTags> found = sweep_.Find(piece_);
+  for (size_t i = 0; i < piece_.size(); ++i) {
+    front_end_.Process(piece_[i].t_ns, found[i].tags, piece_[i].gray);
+    run_.tags += found[i].tags.size();
+  }
+  const double share_ms =
+      watch.ElapsedMs() / static_cast<double>(std::max<size_t>(1, piece_.size()));
+  run_.frame_ms.insert(run_.frame_ms.end(), piece_.size(), share_ms);
+  piece_.clear();
 }
 
 void OnlineMethod::Stages::Add(FrameStage stage) {

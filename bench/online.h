@@ -8,8 +8,11 @@
 #include "bench/cpu_clock.h"
 #include "estimator/online/config.h"
 #include "estimator/online/online_estimator.h"
+#include "frontend/front_end.h"
+#include "frontend/pattern/corner_refiner.h"
 #include "frontend/simulation/simulator.h"
 #include "frontend/tags/tag_detector.h"
+#include "frontend/tags/tag_sweep.h"
 
 namespace tagtwist::internal {
 
@@ -37,6 +40,27 @@ class PlainMethod {
   Config config_;
   TagDetector detector_;
   bool with_pose_;
+  MethodRun run_;
+};
+
+/// What tagtwist_estimate measures of a frame for a batch: tags found in pieces of the flight,
+/// tracks and closed form. A frame's time is its share of its piece's.
+class PiecesMethod {
+ public:
+  static Result<PiecesMethod> Create(const Config& config);
+  void Add(const SimulatedFrame& frame);
+  /// After the last frame.
+  void Finish();
+  const MethodRun& run() const { return run_; }
+
+ private:
+  PiecesMethod(Config config, std::unique_ptr<CornerRefiner> refiner, TagSweep sweep);
+
+  Config config_;
+  std::unique_ptr<CornerRefiner> refiner_;  // stays where it is: the sweep refers to it
+  TagSweep sweep_;
+  FrontEnd front_end_;
+  std::vector<SweepImage> piece_;
   MethodRun run_;
 };
 

@@ -52,7 +52,9 @@ DEFINE_bool(sliding_window, false,
 DEFINE_string(detection, "auto",
               "How tags are found: full: each image is searched; guided (window): each tag is "
               "fitted where the window predicts it, images are searched at the start, after loss "
-              "and part by part now and then; auto: guided in the window, else full.");
+              "and part by part now and then; auto: guided in the window; in a batch tags are "
+              "followed through pieces of the recording, whose images are searched at the start "
+              "and where something is out of place.");
 DEFINE_bool(
     realtime, false,
     "The recording is played as if live: frames come when their stamps say, and are dropped "

@@ -20,7 +20,7 @@ CornerPiece PieceOf(const EstimateJob& job, const Config& config,
                     const std::vector<int64_t>& stamps_ns) {
   CornerPiece out;
   out.dataset = job.dataset;
-  out.measured_with = DigestText(SearchText(config));
+  out.measured_with = DigestText(SearchText(config, job.run.detection));
   out.frames = stamps_ns.size();
   if (stamps_ns.empty()) return out;
   out.first_ns = stamps_ns.front();
@@ -41,8 +41,7 @@ Status MeasurePiece(const EstimateJob& job, const Config& config) {
   if (!range) return Error{job.dataset + ": " + range.error().message};
   piece.from = range->from;
   piece.to = range->to;
-  const auto part = TakeRange(std::move(*source), *range);
-  const auto corners = MeasureCorners(part.get(), config, job.run.threads, job.run.progress);
+  const auto corners = MeasureCorners(std::move(*source), *range, config, job.run);
   if (!corners) return corners.error();
   if (auto written = WritePiece(job.output, piece, *corners); !written) return written;
   std::cout << Format("frames %zu to %zu of %zu: ", piece.from, piece.to - 1, piece.frames)

@@ -11,7 +11,8 @@ namespace tagtwist::internal {
 Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label,
                                                         DataSource* source, const Config& config,
                                                         const RunOptions& options) {
-  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads);
+  auto stream =
+      MeasurementStream::Create(source, config, {options.use_detections, options.threads});
   if (!stream) return stream.error();
   std::vector<FrameMeasurements> out;
   Progress progress(label, source->stamps_ns().size());

@@ -41,81 +41,142 @@ void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
   times->frame_ms.push_back(frame.detect_ms + frame.track_ms + frame.seed_ms);
 }
 
+namespace {
+
+bool IsSwept(const Config& config, DetectionMode detection) {
+  return detection != DetectionMode::kFull && config.front_end.detector.refine_pattern;
+}
+
+bool SearchesImages(const StreamOptions& options) {
+  return !options.use_detections && options.measured == nullptr;
+}
+
+}  // namespace
+
+size_t FramesPerPiece(const Config& config, DetectionMode detection) {
+  return IsSwept(config, detection) ? TagSweep::PieceLength(config.set_up.rig.front().camera) : 1;
+}
+
 Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
-                                                    bool use_detections, int threads,
-                                                    const MeasuredTags* measured) {
-  std::vector<TagDetector> detectors;
-  for (int i = 0; i < std::max(1, threads); ++i) {
-    auto detector = TagDetector::Create(config.set_up.map.family(), config.front_end.detector);
-    if (!detector) return detector.error();
-    detectors.push_back(std::move(*detector));
-  }
+                                                    const StreamOptions& options) {
   auto refiner = CornerRefiner::Create(config.set_up.map, config.set_up.rig.front().camera);
   if (!refiner) return refiner.error();
-  return MeasurementStream(
-      source, std::make_unique<const Shared>(Shared{config, std::move(*refiner), measured}),
-      use_detections, std::move(detectors));
+  auto shared = std::make_unique<const Shared>(Shared{config, std::move(*refiner), options});
+  std::vector<Searcher> searchers(static_cast<size_t>(std::max(1, options.threads)));
+  const TagDetectorOptions& look = config.front_end.detector;
+  for (Searcher& searcher : searchers) {
+    if (SearchesImages(options) && IsSwept(config, options.detection)) {
+      auto sweep = TagSweep::Create(config.set_up, look, shared->refiner);
+      if (!sweep) return sweep.error();
+      searcher.sweep.emplace(std::move(*sweep));
+    } else {
+      auto detector = TagDetector::Create(config.set_up.map.family(), look);
+      if (!detector) return detector.error();
+      searcher.detector.emplace(std::move(*detector));
+    }
+  }
+  return MeasurementStream(source, std::move(shared), std::move(searchers));
 }
 
 MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
-                                     bool use_detections, std::vector<TagDetector> detectors)
+                                     std::vector<Searcher> searchers)
     : source_(source),
       shared_(std::move(shared)),
-      use_detections_(use_detections),
-      detectors_(std::move(detectors)),
+      searchers_(std::move(searchers)),
       front_end_(shared_->config.set_up, shared_->config.front_end) {}
 
-SearchedFrame MeasurementStream::Detect(Frame frame, const TagDetector& detector,
-                                        const Shared& shared, bool use_detections) {
-  const Stopwatch watch;
+SearchedFrame MeasurementStream::DetectOne(Frame frame, const Shared& shared,
+                                           const Searcher& searcher) {
   const Config& config = shared.config;
-  const TagDetectorOptions& options = config.front_end.detector;
+  const TagDetectorOptions& look = config.front_end.detector;
+  const Camera& camera = config.set_up.rig.front().camera;
   SearchedFrame out;
-  if (shared.measured != nullptr) {
-    const auto tags = shared.measured->find(frame.t_ns);
-    if (tags != shared.measured->end()) {
+  if (shared.options.measured != nullptr) {
+    const auto tags = shared.options.measured->find(frame.t_ns);
+    if (tags != shared.options.measured->end()) {
       out.tags = tags->second.tags;
       out.doubled_ids = tags->second.doubled_ids;
     }
-    out.frame = std::move(frame);
-    return out;
+  } else if (shared.options.use_detections) {
+    out.tags = FilterTags(frame.detections, config.set_up.map, camera, look.border_px);
+    out.doubled_ids = DoubledIdsOf(frame, config.set_up.map);
+  } else {
+    out.tags = FindTags(frame.image, *searcher.detector, shared.refiner, config.set_up.map, camera,
+                        look, &out.doubled_ids);
   }
-  out.tags = use_detections ? FilterTags(frame.detections, config.set_up.map,
-                                         config.set_up.rig.front().camera, options.border_px)
-                            : FindTags(frame.image, detector, shared.refiner, config.set_up.map,
-                                       config.set_up.rig.front().camera, options, &out.doubled_ids);
-  if (use_detections) out.doubled_ids = DoubledIdsOf(frame, config.set_up.map);
   out.frame = std::move(frame);
-  out.detect_ms = watch.ElapsedMs();
   return out;
 }
 
-Status MeasurementStream::FillQueue() {
-  // One frame under way a detector; with a single thread each is measured when it is asked for.
-  const auto policy = detectors_.size() > 1 ? std::launch::async : std::launch::deferred;
-  while (!at_end_ && queue_.size() < detectors_.size()) {
-    auto frame = NextFrame(source_, shared_->config.set_up.rig.front().camera);
-    if (!frame) return frame.error();
-    if (!*frame) {
-      at_end_ = true;
-      break;
+MeasurementStream::Piece MeasurementStream::Detect(std::vector<Frame> frames, const Shared& shared,
+                                                   Searcher* searcher) {
+  const Stopwatch watch;
+  Piece out;
+  if (!searcher->sweep) {
+    for (Frame& frame : frames) out.push_back(DetectOne(std::move(frame), shared, *searcher));
+  } else {
+    std::vector<SweepImage> images;
+    for (const Frame& frame : frames) images.push_back({frame.t_ns, frame.image});
+    std::vector<SweptTags> found = searcher->sweep->Find(images);
+    for (size_t i = 0; i < frames.size(); ++i) {
+      out.push_back(
+          {std::move(frames[i]), std::move(found[i].tags), 0, std::move(found[i].doubled_ids)});
     }
-    const TagDetector* const detector = &detectors_[next_detector_];
-    next_detector_ = (next_detector_ + 1) % detectors_.size();
-    queue_.push_back(std::async(policy, [frame = std::move(**frame), detector,
-                                         shared = shared_.get(), use = use_detections_]() mutable {
-      return Detect(std::move(frame), *detector, *shared, use);
-    }));
   }
-  return Ok();
+  const double share_ms = watch.ElapsedMs() / static_cast<double>(out.size());
+  for (SearchedFrame& frame : out) frame.detect_ms = share_ms;
+  return out;
+}
+
+// Fewer frames, or none, at the recording's end.
+std::vector<Frame> MeasurementStream::ReadPiece() {
+  const StreamOptions& options = shared_->options;
+  const size_t most =
+      SearchesImages(options) ? FramesPerPiece(shared_->config, options.detection) : 1;
+  std::vector<Frame> out;
+  while (!at_end_ && out.size() < most) {
+    at_end_ = true;
+    if (n_read_ == options.max_frames) break;
+    auto frame = NextFrame(source_, shared_->config.set_up.rig.front().camera);
+    if (!frame) end_ = frame.error();
+    if (!frame || !*frame) break;
+    if (!first_ns_) first_ns_ = (*frame)->t_ns;
+    if ((*frame)->t_ns - *first_ns_ > options.duration_ns) break;
+    at_end_ = false;
+    ++n_read_;
+    out.push_back(std::move(**frame));
+  }
+  return out;
+}
+
+void MeasurementStream::FillQueue() {
+  // One piece under way a searcher; with a single thread each is measured when it is asked for.
+  const auto policy = searchers_.size() > 1 ? std::launch::async : std::launch::deferred;
+  while (!at_end_ && queue_.size() < searchers_.size()) {
+    auto frames = ReadPiece();
+    if (frames.empty()) break;
+    Searcher* const searcher = &searchers_[next_searcher_];
+    next_searcher_ = (next_searcher_ + 1) % searchers_.size();
+    queue_.push_back(std::async(
+        policy, [frames = std::move(frames), searcher, shared = shared_.get()]() mutable {
+          return Detect(std::move(frames), *shared, searcher);
+        }));
+  }
 }
 
 Result<std::optional<SearchedFrame>> MeasurementStream::NextDetected() {
-  if (const auto filled = FillQueue(); !filled) return filled.error();
-  if (queue_.empty()) return std::optional<SearchedFrame>();
+  FillQueue();
+  if (ready_.empty() && queue_.empty()) {
+    if (!end_) return end_.error();
+    return std::optional<SearchedFrame>();
+  }
   if (deadline_ != nullptr) deadline_->Start();
-  std::optional<SearchedFrame> out = queue_.front().get();
-  queue_.pop_front();
+  if (ready_.empty()) {
+    for (SearchedFrame& frame : queue_.front().get()) ready_.push_back(std::move(frame));
+    queue_.pop_front();
+  }
+  std::optional<SearchedFrame> out = std::move(ready_.front());
+  ready_.pop_front();
   return out;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <deque>
 #include <future>
+#include <limits>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -9,11 +10,13 @@
 
 #include "estimator/live/frame_deadline.h"
 #include "estimator/online/config.h"
+#include "estimator/online/online_options.h"
 #include "estimator/result/run_facts.h"
 #include "frontend/front_end.h"
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/pattern/corner_refiner.h"
 #include "frontend/tags/tag_detector.h"
+#include "frontend/tags/tag_sweep.h"
 #include "frontend/types/measured_tags.h"
 
 namespace tagtwist::internal {
@@ -41,15 +44,30 @@ void AddStageTimes(const MeasuredFrame& frame, StageTimes* times);
 /// the camera's size.
 Result<std::optional<Frame>> NextFrame(DataSource* source, const Camera& camera);
 
-/// Runs the frontend over a recording. With more than one thread the tags of the next frames are
-/// detected ahead while this frame's tracks are followed; results do not depend on it. With
-/// `measured`, which must outlive the stream, no image is searched: its tags count. What is
-/// guided by states cannot be measured ahead: OnlineEstimator::AddImage.
+/// How a recording is measured.
+struct StreamOptions {
+  bool use_detections = false;  // the recording's own corners count
+  int threads = 1;              // images searched at once; the result does not depend on it
+  /// Of images: kFull searches each, else TagSweep goes over pieces of them where the detector's
+  /// options refine patterns. What is guided by states cannot be measured ahead:
+  /// OnlineEstimator::AddImage.
+  DetectionMode detection = DetectionMode::kFull;
+  const MeasuredTags* measured = nullptr;  // these tags count, and no image is searched
+  /// No frame is read beyond so many, or so long after the first one.
+  size_t max_frames = std::numeric_limits<size_t>::max();
+  int64_t duration_ns = std::numeric_limits<int64_t>::max();
+};
+
+/// How many images StreamOptions of that detection go over together, counted from the first frame.
+size_t FramesPerPiece(const Config& config, DetectionMode detection);
+
+/// Runs the frontend over a recording. With more than one thread the tags of the next frames, or
+/// pieces of them, are detected ahead while this frame's tracks are followed. What `measured`
+/// points to must outlive the stream.
 class MeasurementStream {
  public:
   static Result<MeasurementStream> Create(DataSource* source, const Config& config,
-                                          bool use_detections, int threads,
-                                          const MeasuredTags* measured = nullptr);
+                                          const StreamOptions& options);
 
   /// Frames are measured under this deadline from now on; it must outlive the stream.
   void SetDeadline(FrameDeadline* deadline) { deadline_ = deadline; }
@@ -60,30 +78,39 @@ class MeasurementStream {
   Result<std::optional<SearchedFrame>> NextDetected();
 
  private:
-  using Pending = std::future<SearchedFrame>;
+  using Piece = std::vector<SearchedFrame>;
 
   // What tasks read: it stays where it is, and does not change.
   struct Shared {
     Config config;
     CornerRefiner refiner;
-    const MeasuredTags* measured;  // nullptr: images are searched
+    StreamOptions options;
+  };
+  // What a task has for itself.
+  struct Searcher {
+    std::optional<TagDetector> detector;  // each image by itself,
+    std::optional<TagSweep> sweep;        // or a piece of them
   };
 
-  MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared, bool use_detections,
-                    std::vector<TagDetector> detectors);
-  Status FillQueue();
-  static SearchedFrame Detect(Frame frame, const TagDetector& detector, const Shared& shared,
-                              bool use_detections);
+  MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
+                    std::vector<Searcher> searchers);
+  std::vector<Frame> ReadPiece();
+  void FillQueue();
+  static Piece Detect(std::vector<Frame> frames, const Shared& shared, Searcher* searcher);
+  static SearchedFrame DetectOne(Frame frame, const Shared& shared, const Searcher& searcher);
 
   DataSource* source_;
   std::unique_ptr<const Shared> shared_;
-  bool use_detections_;
-  std::vector<TagDetector> detectors_;  // one for each frame under way, in turn
-  size_t next_detector_ = 0;
+  std::vector<Searcher> searchers_;  // one for each piece under way, in turn
+  size_t next_searcher_ = 0;
+  size_t n_read_ = 0;
+  std::optional<int64_t> first_ns_;
   bool at_end_ = false;
+  Status end_ = Ok();                  // an error that ended the recording, after the frames before
   FrameDeadline* deadline_ = nullptr;  // none
   FrontEnd front_end_;
-  std::deque<Pending> queue_;  // last member: tasks end before what they read
+  std::deque<SearchedFrame> ready_;
+  std::deque<std::future<Piece>> queue_;  // last member: tasks end before what they read
 };
 
 }  // namespace tagtwist::internal

@@ -76,7 +76,7 @@ Status OnlineRun::Impl::MakeEstimator() {
   estimator.emplace(std::move(*made));
   if (estimator->is_guided()) return Ok();
   auto measured =
-      MeasurementStream::Create(source, config, options.use_detections, options.threads);
+      MeasurementStream::Create(source, config, {options.use_detections, options.threads});
   if (!measured) return measured.error();
   stream.emplace(std::move(*measured));
   if (deadline) stream->SetDeadline(&*deadline);

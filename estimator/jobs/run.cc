@@ -16,8 +16,10 @@ namespace {
 // All frames of the recording into the batch.
 Status AddFrames(DataSource* source, const Config& config, const RunOptions& options,
                  RecordingWalk* walk, StageTimes* times, BatchEstimator* batch) {
-  auto stream = MeasurementStream::Create(source, config, options.use_detections, options.threads,
-                                          options.measured.get());
+  auto stream =
+      MeasurementStream::Create(source, config,
+                                {options.use_detections, options.threads, options.detection,
+                                 options.measured.get(), options.max_frames, options.duration_ns});
   if (!stream) return stream.error();
   while (walk->HasRoom()) {
     auto frame = stream->Next();

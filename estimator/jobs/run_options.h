@@ -14,7 +14,7 @@ namespace tagtwist::internal {
 
 /// How a recording is gone through.
 struct RunOptions {
-  DetectionMode detection = DetectionMode::kAuto;  // full in a batch, and of detections at hand
+  DetectionMode detection = DetectionMode::kAuto;  // full of detections at hand
   bool sliding_window = false;
   bool use_detections = false;
   /// Batch: tags that were found before, with use_detections false; nullptr: images are searched.

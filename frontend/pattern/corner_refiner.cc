@@ -16,16 +16,14 @@ namespace tagtwist::internal {
 namespace {
 
 constexpr double kMostMovePx = 1.0;
-constexpr double kLeastInlierShare = 0.6;
-constexpr double kMostContradictedShare = 0.06;
+constexpr double kLeastInlierShare = 0.6, kMostContradictedShare = 0.06;
 constexpr double kMostNoiseOfContrast = 0.15;
 constexpr double kFloorPx = 0.0015;  // of a corner's standard deviation: what the model leaves out
 constexpr double kLeastCellPx = 1.2;
 // In sigmas of the blur's two axes together, 2 of one: what an edge tells lies within.
 constexpr double kEdgeSigmas = 1.45;
-constexpr double kRoughPx = 0.15;
-constexpr double kMostSidePx = 400;
-constexpr double kMostSearchPx = 10;
+constexpr double kRoughPx = 0.15, kMostSidePx = 400;
+constexpr double kMostSearchPx = 10, kFollowPx = 0.5;  // off by no more after a search
 constexpr double kFarPx = 1e5;
 constexpr double kUnrefinedPx = 1.0;  // corners whose refinement fails are often far off
 
@@ -98,10 +96,10 @@ struct CornerRefiner::Impl {
       out.d_pixel_d_ray = d_pixel.leftCols<2>();
       for (Eigen::Vector2d& corner : out.corners) corner = out.FromRay(corner);
     }
-    for (const Eigen::Vector2d& corner : out.corners) {
-      if (!corner.allFinite() || !(corner.norm() < kFarPx)) return std::nullopt;
-    }
-    return out;
+    const bool is_near = std::all_of(
+        out.corners.begin(), out.corners.end(),
+        [](const auto& corner) { return corner.allFinite() && corner.norm() < kFarPx; });
+    return is_near ? std::optional(out) : std::nullopt;
   }
 
   // From the view back into the image, with the covariance.
@@ -123,6 +121,8 @@ struct CornerRefiner::Impl {
                                        const StraightTag& view, const PatternModel& model) const;
   PatternMatch Search(const cv::Mat& gray, const Corners& in_image, const PatternModel& model,
                       int reach) const;
+  Corners Shifted(const cv::Mat& gray, Corners in_image, const PatternModel& model,
+                  double search_px) const;
   std::optional<RefinedTag> Fit(const cv::Mat& gray, const Corners& in_image,
                                 const PatternModel& model, double most_move_px,
                                 const std::optional<PatternLook>& look, double off_px) const;
@@ -141,17 +141,14 @@ std::vector<PatternPlace> CornerRefiner::Impl::FindPlaces(const cv::Mat& gray,
   if (!tag_from_pixel || !(cell_px > kLeastCellPx)) return out;
   const double rim = model.pattern_half() - std::min(0.5, 1.5 / cell_px);
   const double most = rim / model.square_half();
-  Eigen::Vector2d low = in_image[0], high = in_image[0];
-  for (const auto& corner : in_image) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
-  const double side = (high - low).maxCoeff();
+  Eigen::AlignedBox2d box;
+  for (const auto& corner : in_image) box.extend(corner);
+  const double side = box.sizes().maxCoeff();
   if (!(side < kMostSidePx)) return out;
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(0.75 * (most - 1) * side + 1);
   const Eigen::Vector2d end(gray.cols - 1, gray.rows - 1);
-  const Eigen::Vector2d first = (low - margin).array().floor().cwiseMax(0.0);
-  const Eigen::Vector2d last = (high + margin).cwiseMin(end).array().ceil();
+  const Eigen::Vector2d first = (box.min() - margin).array().floor().cwiseMax(0.0);
+  const Eigen::Vector2d last = (box.max() + margin).cwiseMin(end).array().ceil();
   out.reserve(static_cast<size_t>(1.6 * QuadArea(view.corners) * most * most));
   for (int y = static_cast<int>(first.y()); y <= last.y(); ++y) {
     Interval row{first.x(), last.x()};
@@ -174,6 +171,16 @@ PatternMatch CornerRefiner::Impl::Search(const cv::Mat& gray, const Corners& in_
   if (!view) return {};
   const auto places = FindPlaces(gray, in_image, *view, model);
   return SearchPattern(gray, model, normal, view->corners, places, reach);
+}
+
+// The corners moved to where the pattern fits best, to a pixel, at most so far; 0: not at all.
+Corners CornerRefiner::Impl::Shifted(const cv::Mat& gray, Corners in_image,
+                                     const PatternModel& model, double search_px) const {
+  if (!(search_px > 0)) return in_image;
+  const int reach = static_cast<int>(std::ceil(std::min(search_px, kMostSearchPx)));
+  const PatternMatch match = Search(gray, in_image, model, reach);
+  for (Eigen::Vector2d& corner : in_image) corner += match.shift_px;
+  return in_image;
 }
 
 // The model of the tag, or nullptr where the image or the id cannot be worked with.
@@ -256,20 +263,17 @@ std::optional<RefinedTag> CornerRefiner::Refine(const cv::Mat& gray, const TagDe
                                                 double search_px) const {
   const PatternModel* model = impl_->ModelFor(gray, tag.id);
   if (model == nullptr) return std::nullopt;
-  Corners in_image = tag.corners;
-  if (search_px > 0) {
-    const int reach = static_cast<int>(std::ceil(std::min(search_px, kMostSearchPx)));
-    const Eigen::Vector2d shift = impl_->Search(gray, in_image, *model, reach).shift_px;
-    for (auto& corner : in_image) corner += shift;
-  }
-  return impl_->Fit(gray, in_image, *model, kMostMovePx + search_px, {}, 0);
+  return impl_->Fit(gray, impl_->Shifted(gray, tag.corners, *model, search_px), *model,
+                    kMostMovePx + search_px, {}, 0);
 }
 
 std::optional<RefinedTag> CornerRefiner::Follow(const cv::Mat& gray, const TagDetection& tag,
                                                 const PatternLook& look, double off_px) const {
   const PatternModel* model = impl_->ModelFor(gray, tag.id);
   if (model == nullptr) return std::nullopt;
-  return impl_->Fit(gray, tag.corners, *model, kMostMovePx, look, off_px);
+  const double search_px = off_px > kFollowPx ? off_px : 0;
+  return impl_->Fit(gray, impl_->Shifted(gray, tag.corners, *model, search_px), *model,
+                    kMostMovePx + search_px, look, std::min(off_px, kFollowPx));
 }
 
 double CornerRefiner::Correlation(const cv::Mat& gray, const TagDetection& tag) const {

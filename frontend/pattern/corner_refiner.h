@@ -55,7 +55,7 @@ class CornerRefiner {
   std::optional<RefinedTag> Refine(const cv::Mat& gray, const TagDetection& tag,
                                    double search_px = 0) const;
   /// Refine for a tag that was refined in an image shortly before, from a start that is off by
-  /// off_px, 0.5 px at most: faster.
+  /// off_px, and by more than 0.5 px as a shift only: faster.
   std::optional<RefinedTag> Follow(const cv::Mat& gray, const TagDetection& tag,
                                    const PatternLook& look, double off_px) const;
 

@@ -11,11 +11,12 @@ constexpr int kMostEdges = 12;
 constexpr double kWidestBlur = 1.4;  // [cells], standard deviation: 2 * 3.25 * 1.4 < kMostEdges
 
 // What a pixel sees along one axis: the shares of the cells `first` .. `first + edges`, and the
-// density and its derivative at the edges between them.
+// density and its derivative at the edges between them. What lies beyond is not set: one is made
+// for each pixel.
 struct AxisView {
   int first = 0, edges = 0;
-  std::array<double, kMostEdges + 1> share{};
-  std::array<double, kMostEdges> density{}, slope{};
+  std::array<double, kMostEdges + 1> share;
+  std::array<double, kMostEdges> density, slope;
 };
 
 AxisView ViewAxis(double position, double variance, int cells, const NormalTable& normal) {

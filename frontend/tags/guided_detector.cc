@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 #include <utility>
 
 #include "frontend/types/so3.h"
@@ -20,8 +21,6 @@ constexpr double kMostSurprise = 60;  // squared Mahalanobis distance, 8 degrees
 using Vector8d = Eigen::Matrix<double, 8, 1>;
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
-// More tell little that these do not, and cost as much each.
-constexpr size_t kMostTags = 26;
 constexpr double kKnownGain = 1.5;  // known looks are worth a way across the image
 
 Eigen::Vector2d Centre(const ExpectedTag& tag) {
@@ -32,12 +31,12 @@ Eigen::Vector2d Centre(const ExpectedTag& tag) {
 // Which of the tags to look for: the first one, then again and again the one that is farthest from
 // all those chosen. `gains` scale the distances.
 std::vector<bool> ChooseSpread(const std::vector<ExpectedTag>& tags,
-                               const std::vector<double>& gains) {
-  std::vector<bool> chosen(tags.size(), tags.size() <= kMostTags);
-  if (tags.size() <= kMostTags) return chosen;
+                               const std::vector<double>& gains, size_t most_tags) {
+  std::vector<bool> chosen(tags.size(), tags.size() <= most_tags);
+  if (tags.size() <= most_tags) return chosen;
   std::vector<double> distance(tags.size(), std::numeric_limits<double>::infinity());
   size_t next = 0;
-  for (size_t n = 0; n < kMostTags; ++n) {
+  for (size_t n = 0; n < most_tags; ++n) {
     chosen[next] = true;
     const Eigen::Vector2d centre = Centre(tags[next]);
     double most = -1;
@@ -92,8 +91,12 @@ PosePrediction Updated(const PosePrediction& prediction, const ExpectedTag& expe
 }  // namespace
 
 GuidedDetector::GuidedDetector(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
-                               double border_px)
-    : camera_(camera), cam_from_body_(cam_from_body), map_(map), border_px_(border_px) {}
+                               double border_px, const GuidedOptions& options)
+    : camera_(camera),
+      cam_from_body_(cam_from_body),
+      map_(map),
+      border_px_(border_px),
+      options_(options) {}
 
 // Derivatives as in M5 of docs/maths.md.
 std::optional<ExpectedTag> GuidedDetector::Expect(const Tag& tag,
@@ -134,7 +137,7 @@ std::vector<ExpectedTag> GuidedDetector::ExpectAll(const PosePrediction& predict
   });
   std::vector<double> gains;
   for (const ExpectedTag& tag : out) gains.push_back(looks_.count(tag.tag.id) ? kKnownGain : 1.0);
-  const std::vector<bool> chosen = ChooseSpread(out, gains);
+  const std::vector<bool> chosen = ChooseSpread(out, gains, options_.most_tags);
   std::vector<ExpectedTag> kept;
   for (size_t i = 0; i < out.size(); ++i) {
     if (chosen[i]) kept.push_back(std::move(out[i]));
@@ -147,33 +150,54 @@ std::optional<RefinedTag> GuidedDetector::Fit(const cv::Mat& gray, const CornerR
   const double off_px = kSigmas * expected.sigma_px;
   if (!(off_px < kMostSearchPx)) return std::nullopt;
   const auto look = looks_.find(expected.tag.id);
-  if (off_px > kFollowPx) return refiner.Refine(gray, expected.tag, off_px);
   if (look != looks_.end()) {
     if (auto followed = refiner.Follow(gray, expected.tag, look->second, off_px)) return followed;
   }
+  if (off_px > kFollowPx) return refiner.Refine(gray, expected.tag, off_px);
   // Newly seen, or lit otherwise than a moment ago.
   if (!(refiner.Correlation(gray, expected.tag) > kLeastCorrelation)) return std::nullopt;
   return refiner.Refine(gray, expected.tag);
 }
 
+// Of a tag that a first look passed over: from a pose that was worse, or since it is not quite
+// where the map has it.
+std::optional<RefinedTag> GuidedDetector::FitAgain(const cv::Mat& gray,
+                                                   const CornerRefiner& refiner,
+                                                   const ExpectedTag& expected,
+                                                   double corner_sigma_px, bool was_tried) const {
+  const double off_px = kSigmas * std::hypot(expected.sigma_px, corner_sigma_px);
+  if (!(off_px > kFollowPx)) return was_tried ? std::nullopt : Fit(gray, refiner, expected);
+  return off_px < kMostSearchPx ? refiner.Refine(gray, expected.tag, off_px) : std::nullopt;
+}
+
 GuidedTags GuidedDetector::Find(const cv::Mat& gray, const CornerRefiner& refiner,
                                 const PosePrediction& prediction, const TimeUp& time_up) {
   GuidedTags out;
-  PosePrediction pose = prediction;
+  out.pose = prediction;
+  std::unordered_set<int> tried;
   std::unordered_map<int, PatternLook> looks;
-  for (const ExpectedTag& before : ExpectAll(prediction)) {
-    const auto expected = Expect(*map_.Find(before.tag.id), pose);
-    if (!expected) continue;
-    if (IsUp(time_up)) {
-      out.cut_short = true;
-      break;
+  const auto keep = [&](const ExpectedTag& expected, const std::optional<RefinedTag>& seen) {
+    out.expected += tried.insert(expected.tag.id).second ? 1 : 0;
+    if (!seen) return;
+    out.pose = Updated(out.pose, expected, *seen);
+    looks.emplace(expected.tag.id, seen->look);
+    out.found.push_back({expected.tag.id, seen->corners, seen->covariance});
+  };
+  const auto pass = [&](const auto& fit) {
+    for (const ExpectedTag& before : ExpectAll(out.pose)) {
+      const auto expected = Expect(*map_.Find(before.tag.id), out.pose);
+      if (!expected || looks.count(before.tag.id) > 0) continue;
+      out.cut_short = out.cut_short || IsUp(time_up);
+      if (out.cut_short) return;
+      keep(*expected, fit(*expected));
     }
-    ++out.expected;
-    const auto seen = Fit(gray, refiner, *expected);
-    if (!seen) continue;
-    pose = Updated(pose, *expected, *seen);
-    looks.emplace(expected->tag.id, seen->look);
-    out.found.push_back({expected->tag.id, seen->corners, seen->covariance});
+  };
+  pass([&](const ExpectedTag& expected) { return Fit(gray, refiner, expected); });
+  if (options_.is_thorough && !out.found.empty() && !out.cut_short) {
+    pass([&](const ExpectedTag& expected) {
+      return FitAgain(gray, refiner, expected, prediction.corner_sigma_px,
+                      tried.count(expected.tag.id) > 0);
+    });
   }
   std::sort(out.found.begin(), out.found.end(),
             [](const TagDetection& a, const TagDetection& b) { return a.id < b.id; });

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <unordered_map>
@@ -32,6 +33,16 @@ struct GuidedTags {
   std::vector<TagDetection> found;  // sorted by id
   int expected = 0;                 // how many of those looked for were predicted in the image
   bool cut_short = false;           // the time was up before all were looked for
+  PosePrediction pose;              // as predicted, and what the tags found say of it
+};
+
+struct GuidedOptions {
+  /// Of more, so many are looked for, spread over the image: the others tell little that these do
+  /// not, and cost as much each.
+  size_t most_tags = 26;
+  /// Tags that were not found are looked for once more from the pose by those that were, as far off
+  /// as lens and map may be.
+  bool is_thorough = false;
 };
 
 /// Finds tags where a predicted pose says that they are: no search of the image. Each tag is fitted
@@ -43,7 +54,7 @@ class GuidedDetector {
  public:
   /// Tags nearer than border_px to the image's border are cut and left out.
   GuidedDetector(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
-                 double border_px);
+                 double border_px, const GuidedOptions& options = {});
 
   GuidedTags Find(const cv::Mat& gray, const CornerRefiner& refiner,
                   const PosePrediction& prediction, const TimeUp& time_up = {});
@@ -58,11 +69,15 @@ class GuidedDetector {
   std::vector<ExpectedTag> ExpectAll(const PosePrediction& prediction) const;
   std::optional<RefinedTag> Fit(const cv::Mat& gray, const CornerRefiner& refiner,
                                 const ExpectedTag& expected) const;
+  std::optional<RefinedTag> FitAgain(const cv::Mat& gray, const CornerRefiner& refiner,
+                                     const ExpectedTag& expected, double corner_sigma_px,
+                                     bool was_tried) const;
 
   Camera camera_;
   Pose cam_from_body_;
   TagMap map_;
   double border_px_;
+  GuidedOptions options_;
   std::unordered_map<int, PatternLook> looks_;  // by id, of the last image
 };
 

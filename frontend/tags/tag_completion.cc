@@ -3,12 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <iterator>
-#include <optional>
 #include <unordered_set>
 #include <utility>
-
-#include "frontend/geometry/frame_pose.h"
-#include "frontend/tags/guided_detector.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -18,12 +14,25 @@ using Matrix8d = Eigen::Matrix<double, 8, 8>;
 // At least so much of a corner's error is the lens's and the map's.
 constexpr double kLeastModelPx = 0.05;
 
-// The pose as the agreeing tags say it; nullopt where they do not fix it.
-std::optional<PosePrediction> Predict(const Pose& world_from_cam, const FramePose& found,
-                                      const std::vector<TagDetection>& tags, const TagMap& map,
-                                      const GuidedDetector& guided) {
+// The tags found anew, and those detected that were not found anew; sorted by id.
+std::vector<TagDetection> Merged(std::vector<TagDetection> fresh,
+                                 const std::vector<TagDetection>& detected) {
+  std::unordered_set<int> is_fresh;
+  for (const TagDetection& tag : fresh) is_fresh.insert(tag.id);
+  std::copy_if(detected.begin(), detected.end(), std::back_inserter(fresh),
+               [&](const TagDetection& tag) { return is_fresh.count(tag.id) == 0; });
+  std::sort(fresh.begin(), fresh.end(),
+            [](const TagDetection& a, const TagDetection& b) { return a.id < b.id; });
+  return fresh;
+}
+
+}  // namespace
+
+std::optional<PosePrediction> PredictionBy(const Pose& pose, const FramePose& found,
+                                           const std::vector<TagDetection>& tags, const TagMap& map,
+                                           const GuidedDetector& guided) {
   PosePrediction out;
-  out.world_from_body = world_from_cam;
+  out.world_from_body = pose;
   out.corner_sigma_px = std::max(kLeastModelPx, found.rms_px);
   PoseCovariance information = PoseCovariance::Zero();
   for (size_t i = 0; i < tags.size(); ++i) {
@@ -39,20 +48,6 @@ std::optional<PosePrediction> Predict(const Pose& world_from_cam, const FramePos
   out.covariance = factor.solve(PoseCovariance::Identity());
   return out;
 }
-
-// The tags found anew, and those detected that were not found anew; sorted by id.
-std::vector<TagDetection> Merged(std::vector<TagDetection> fresh,
-                                 const std::vector<TagDetection>& detected) {
-  std::unordered_set<int> is_fresh;
-  for (const TagDetection& tag : fresh) is_fresh.insert(tag.id);
-  std::copy_if(detected.begin(), detected.end(), std::back_inserter(fresh),
-               [&](const TagDetection& tag) { return is_fresh.count(tag.id) == 0; });
-  std::sort(fresh.begin(), fresh.end(),
-            [](const TagDetection& a, const TagDetection& b) { return a.id < b.id; });
-  return fresh;
-}
-
-}  // namespace
 
 std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner& refiner,
                                        const TagMap& map, const Camera& camera, double border_px,
@@ -74,7 +69,7 @@ std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner&
   poses.insert(poses.begin(), found.world_from_body);
   std::vector<TagDetection> fresh;
   for (const Pose& pose : poses) {
-    const auto prediction = Predict(pose, found, detected, map, anywhere);
+    const auto prediction = PredictionBy(pose, found, detected, map, anywhere);
     if (!prediction) continue;
     GuidedDetector guided(camera, Pose(), map_of_missed, border_px);
     std::vector<TagDetection> tags = guided.Find(gray, refiner, *prediction).found;

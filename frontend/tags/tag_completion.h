@@ -1,8 +1,11 @@
 #pragma once
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
+#include "frontend/geometry/frame_pose.h"
 #include "frontend/pattern/corner_refiner.h"
+#include "frontend/tags/guided_detector.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/tag_map.h"
@@ -17,5 +20,11 @@ namespace tagtwist::internal {
 std::vector<TagDetection> CompleteTags(const cv::Mat& gray, const CornerRefiner& refiner,
                                        const TagMap& map, const Camera& camera, double border_px,
                                        const RefinedTags& detected);
+
+/// A pose of a frame with its covariance, as the tags that agree on it (`found`, for this order of
+/// `tags`) say it; nullopt where they do not fix it. `guided` is of the same body as the pose.
+std::optional<PosePrediction> PredictionBy(const Pose& pose, const FramePose& found,
+                                           const std::vector<TagDetection>& tags, const TagMap& map,
+                                           const GuidedDetector& guided);
 
 }  // namespace tagtwist::internal

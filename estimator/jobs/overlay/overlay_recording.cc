@@ -90,7 +90,8 @@ Status CheckOverlay(const std::string& dataset, const OverlayOptions& options, D
 Status WriteOverlay(const OverlayOptions& options, const Config& config, const Estimate& estimate,
                     DataSource* source) {
   KeptImages images(source);
-  auto stream = MeasurementStream::Create(&images, config, options.use_detections, options.threads);
+  auto stream =
+      MeasurementStream::Create(&images, config, {options.use_detections, options.threads});
   if (!stream) return stream.error();
   OverlayDrawing drawing(config.set_up.rig.front().camera, config.set_up.map);
   std::unique_ptr<VideoFile> video;

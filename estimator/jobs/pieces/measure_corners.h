@@ -1,18 +1,21 @@
 #pragma once
+#include <memory>
 #include <string>
 
+#include "estimator/jobs/pieces/frame_range.h"
+#include "estimator/jobs/run_options.h"
 #include "estimator/online/config.h"
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/data_source.h"
 
 namespace tagtwist::internal {
 
-/// What of a configuration decides which corners are found: camera, map, detector.
-std::string SearchText(const Config& config);
+/// What decides which corners are found: camera, map, detector, and how images are searched.
+std::string SearchText(const Config& config, DetectionMode detection);
 
-/// The table of the corners of all frames that `source` gives (MeasuredTagsHeader), as
-/// a batch run finds them. `threads` images are searched at once; the result does not depend on it.
-Result<std::string> MeasureCorners(DataSource* source, const Config& config, int threads,
-                                   bool progress);
+/// The table of the corners of the frames of that range (MeasuredTagsHeader), as a batch run over
+/// all that `source` gives finds them.
+Result<std::string> MeasureCorners(std::unique_ptr<DataSource> source, const FrameRange& range,
+                                   const Config& config, const RunOptions& options);
 
 }  // namespace tagtwist::internal
