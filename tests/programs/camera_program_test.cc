@@ -166,5 +166,27 @@ TEST_F(CameraProgram, SlowFindsTheLensOfImages) {
   EXPECT_THAT(live.out, HasSubstr("verdict    good"));
 }
 
+// A real lens from nothing is at least as good as the one that was published with the recording.
+TEST_F(CameraProgram, RealDataEurocFromNothingIsAsGoodAsThePublishedLens) {
+  const std::string data = std::string(TAGTWIST_REAL_DATA_DIR) + "/euroc-april/";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << data << " is not there";
+  const ProgramRun run =
+      Run("tagtwist_camera", {"--from", data + "cam0", "--use_detections", "--image_size",
+                              "752x480", "--map", data + "april_6x6.yaml", "--output", "c.yaml"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto median_px = [&](const std::vector<std::string>& camera) {
+    std::vector<std::string> arguments = {
+        "--dataset",        data + "cam0",    "--map",    data + "april_6x6.yaml",
+        "--use_detections", "--tracks=false", "--output", "out"};
+    arguments.insert(arguments.end(), camera.begin(), camera.end());
+    const ProgramRun estimate = Run("tagtwist_estimate", arguments);
+    EXPECT_EQ(estimate.status, 0) << estimate.err;
+    const auto summary = nlohmann::json::parse(ReadText(folder_ / "out/summary.json"));
+    return summary["reprojection_px"]["median"].get<double>();
+  };
+  EXPECT_LT(median_px({"--camera_file", "c.yaml"}),
+            median_px({"--camera_file", data + "camchain.yaml", "--camera", "cam0"}));
+}
+
 }  // namespace
 }  // namespace tagtwist::internal::camera_program_test

@@ -67,6 +67,14 @@ bool Helps(const Calibration& calibration, CalibrationGroup group) {
   });
 }
 
+// Whether a rolling shutter helps, and is one: none reads an image in less than a millisecond.
+bool HasRollingShutter(const Calibration& calibration) {
+  constexpr double kShortestS = 1e-3;
+  const RigCamera& camera = calibration.set_up.rig.front();
+  return Helps(calibration, CalibrationGroup::kShutter) &&
+         std::abs(camera.line_time_s) * camera.camera.height > kShortestS;
+}
+
 // Whether enough of the frames have one within 0.2 s of them to tell a line time by.
 bool ShowsMotion(const std::vector<FrameMeasurements>& frames) {
   constexpr double kNearS = 0.2;
@@ -91,7 +99,7 @@ Result<LensFound> Refined(const std::vector<FrameMeasurements>& frames, const Ta
   if (!calibration) return calibration.error();
   LensFound out;
   out.kind = lens.kind;
-  out.besides.line_time = Helps(*calibration, CalibrationGroup::kShutter);
+  out.besides.line_time = HasRollingShutter(*calibration);
   out.besides.map = Helps(*calibration, CalibrationGroup::kMap);
   if (out.besides.line_time != besides.line_time || out.besides.map != besides.map) {
     calibration = CalibrateLens(frames, map, lens, out.besides);

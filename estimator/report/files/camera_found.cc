@@ -51,7 +51,7 @@ std::string BesidesLine(const LensFound& found) {
   }
   const double rms_m = std::sqrt(squares / static_cast<double>(c.given.tags.size()));
   return out + (out.empty() ? "" : "; ") +
-         Format("the tags lie %.2f mm (RMS) from where the map has them", 1e3 * rms_m);
+         Format("refined with it: the tags' places, by %.2f mm (RMS)", 1e3 * rms_m);
 }
 
 std::vector<std::string> Figures(const LensFound& found) {
