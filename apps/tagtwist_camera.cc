@@ -92,6 +92,9 @@ std::optional<std::pair<int, int>> ImageSizeOf(const std::string& text) {
 CameraJob JobOfFlags(const Limits& limits) {
   CameraJob job;
   job.limits = limits;
+  job.warn = [](const std::string& note) {
+    std::cerr << "tagtwist_camera: warning: " << note << "\n";
+  };
   job.recording = FLAGS_from;
   job.topic = FLAGS_topic;
   job.use_detections = FLAGS_use_detections;

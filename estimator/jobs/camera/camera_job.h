@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 
 #include "frontend/base/limits.h"
@@ -12,7 +13,8 @@ struct CameraJob {
   int width = 0, height = 0;     // [px], of a recording without images
   bool accepts_poor = false;     // calibrates although the views speak against it
   int threads = 1;
-  Limits limits = {};  // of its files
+  Limits limits = {};                                      // of its files
+  std::function<void(const std::string& note)> warn = {};  // of DataSource::notes; may be empty
 };
 
 }  // namespace tagtwist::internal

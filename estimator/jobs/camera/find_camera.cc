@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,9 @@ Result<Looks> LookAt(const CameraJob& job) {
   auto source = OpenDataSource(
       job.recording, {job.use_detections, !job.use_detections, {}, job.topic, {}, job.limits});
   if (!source) return source.error();
+  for (const std::string& note : (*source)->notes()) {
+    if (job.warn) job.warn(note);
+  }
   const size_t n = (*source)->stamps_ns().size();
   Progress progress("looking", n);
   Looks out;
