@@ -49,7 +49,8 @@ def modes():
     yield Mode('batch', estimate, estimate + older)
     yield Mode('window', [*estimate, '--sliding_window', '--write_covariance'], estimate + older)
     # What is dropped depends on the moment.
-    yield Mode('live', [*estimate, '--sliding_window', '--realtime', '--stream', 'out/../stream.csv'], estimate + older,
+    yield Mode('live', [*estimate, '--sliding_window', '--realtime', '--stream', 'out/../stream.csv',
+                         '--max_frames', '10'], estimate + older,
                steady=False)
     yield Mode('calibrate', [*estimate, '--calibrate'], estimate + older)
     yield Mode('simulate', ['tagtwist_simulate', '--output', 'out', '--images=false', '--duration', '1'])
