@@ -20,7 +20,7 @@ struct Pair {
   Pose cam, body;  // from the second frame's to the first one's
 };
 
-double TurnOf(const Pose& pose) {
+double RotationAngle(const Pose& pose) {
   const Eigen::Quaterniond q = pose.rotation();
   return 2 * std::atan2(q.vec().norm(), std::abs(q.w()));
 }
@@ -35,10 +35,10 @@ std::vector<Pair> FindPairs(const std::vector<Pose>& cams, const std::vector<Pos
       const size_t i = k * n / count, j = i + apart;
       if (apart == 0 || j >= n) continue;
       const Pair pair{Inverse(cams[i]) * cams[j], Inverse(bodies[i]) * bodies[j]};
-      const double turn = TurnOf(pair.body);
+      const double turn = RotationAngle(pair.body);
       if (turn < kLeastTurnRad || turn > kMostTurnRad) continue;
       ++turned;
-      if (std::abs(turn - TurnOf(pair.cam)) < kAlikeRad) out.push_back(pair);
+      if (std::abs(turn - RotationAngle(pair.cam)) < kAlikeRad) out.push_back(pair);
     }
   }
   const bool enough = out.size() >= kLeastPairs &&
