@@ -33,7 +33,7 @@ TEST(Limits, AreReadFromTheFlag) {
   EXPECT_THAT(Problem("pipe_idle_s=-1"), HasSubstr("pipe_idle_s"));
 }
 
-TEST(Limits, EachReaderKeepsThem) {
+TEST(SlowLimits, EachReaderKeepsThem) {
   const TempFolder folder;
   MakeRecording(folder.path(), "rec", DatasetFormat::kFolder, /*images=*/true);
   MakeRecording(folder.path(), "rec.mat", DatasetFormat::kMat, /*images=*/false);
