@@ -6,7 +6,7 @@ namespace tagtwist::internal {
 namespace {
 
 constexpr double kKept = 0.9;  // of the size of what was seen, from image to image
-constexpr double kLeastAccel = 0.5, kLeastAngularAccel = 2.5;
+constexpr double kLeastAccel = 0.1, kLeastAngularAccel = 0.5;
 
 }  // namespace
 
