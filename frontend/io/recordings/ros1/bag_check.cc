@@ -232,7 +232,10 @@ class BagCheck {
 Status CheckBagRecords(const std::string& path, const Limits& limits) {
   const MappedFile file(path);
   const std::string_view bytes = file.bytes();
-  if (bytes.substr(0, kMagic.size()) != kMagic) return Ok();  // ROS says what it is instead
+  // ROS takes "#ROSBAG V2.00" and the like for the same format.
+  if (bytes.substr(0, kMagic.size()) != kMagic) {
+    return Error{path + ": expected a ROS bag of format 2.0 (rosbag migrate makes one of an older)"};
+  }
   BagCheck check(limits);
   const auto fault = check.Fault(bytes);
   if (!fault) return Ok();
