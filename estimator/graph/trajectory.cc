@@ -1,7 +1,7 @@
 #include "estimator/graph/trajectory.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -20,15 +20,25 @@ struct Interpolator {
   Eigen::Matrix3d lambda, psi, conditional;
 };
 
-// Between two states dt_s apart, tau_s after the first.
+// Between two states dt_s apart, tau_s after the first: the informations of both ways added, which
+// loses nothing where one of them is long and the other short; a difference of covariances does.
 Interpolator Inside(const MotionPrior& prior, double tau_s, double dt_s) {
+  if (tau_s <= 0)
+    return {Transition(prior.on, 0), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+  const double rest_s = dt_s - tau_s;
+  const Eigen::Matrix3d root_onward = RootInformation(prior, rest_s);
+  Eigen::Matrix<double, 6, 3> roots;
+  roots << RootInformation(prior, tau_s), root_onward * Transition(prior.on, rest_s);
+  const Eigen::Matrix3d triangle = Eigen::HouseholderQR<Eigen::Matrix<double, 6, 3>>(roots)
+                                       .matrixQR()
+                                       .topRows<3>()
+                                       .triangularView<Eigen::Upper>();
+  const Eigen::Matrix3d root =
+      triangle.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity());
   Interpolator w;
-  const Eigen::Matrix3d q_tau = ProcessCovariance(prior, tau_s);
-  const Eigen::Matrix3d onward = Transition(prior.on, dt_s - tau_s);
-  const Eigen::Matrix3d root = RootInformation(prior, dt_s);
-  w.psi = q_tau * onward.transpose() * (root.transpose() * root);
+  w.conditional = root * root.transpose();
+  w.psi = root * (roots.bottomRows<3>() * root).transpose() * root_onward;
   w.lambda = Transition(prior.on, tau_s) - w.psi * Transition(prior.on, dt_s);
-  w.conditional = q_tau - w.psi * onward * q_tau;
   return w;
 }
 

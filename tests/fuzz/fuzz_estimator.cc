@@ -56,10 +56,14 @@ int64_t TakeStep(FuzzBytes* in) {
 Pose TakePose(FuzzBytes* in) {
   const bool anywhere = in->Below(16) == 0;
   const double far = anywhere ? 50 : 0.3, turned = anywhere ? 3 : 0.3;
-  const auto angle = [&] { return in->Between(-turned, turned); };
-  const Eigen::Vector3d turn(angle(), angle(), angle());
-  const Eigen::Vector3d at(1.5 + in->Between(-far, far), 1.3 + in->Between(-far, far),
-                           (anywhere ? 0 : 1.2) + in->Between(-far, far));
+  const auto vector =
+      [&](double most) {  // one after the other: compilers order arguments as they like
+        Eigen::Vector3d out;
+        for (double& value : out) value = in->Between(-most, most);
+        return out;
+      };
+  const Eigen::Vector3d turn = vector(turned);
+  const Eigen::Vector3d at = Eigen::Vector3d(1.5, 1.3, anywhere ? 0 : 1.2) + vector(far);
   const Eigen::Vector3d axis = turn.norm() > 0 ? turn.normalized() : Eigen::Vector3d::UnitX();
   return MakePose(Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), axis)), at);
 }
@@ -88,8 +92,8 @@ TagDetection TakeTag(FuzzBytes* in, const Pose& world_from_body) {
   for (size_t k = 0; k < 4; ++k) {
     Eigen::Vector2d pixel(188, 120);
     if (kind != 7) seen_by.camera.Project(cam_from_world * corners[k], &pixel);
-    out.corners[k] =
-        pixel + Eigen::Vector2d(in->Between(-noise_px, noise_px), in->Between(-noise_px, noise_px));
+    for (double& coordinate : pixel) coordinate += in->Between(-noise_px, noise_px);
+    out.corners[k] = pixel;
   }
   out.covariance = TakeCovariance(in);
   return out;

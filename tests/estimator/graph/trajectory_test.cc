@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+
 #include "estimator/batch/batch.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/smoother.h"
@@ -95,6 +97,40 @@ TEST_P(TrajectoryTest, BeyondItsEndsThePriorCarriesItOn) {
   EXPECT_GT(before->covariance.trace(), result->frames.front().covariance.trace());
   EXPECT_EQ(before->covariance.llt().info(), Eigen::Success);
   EXPECT_FALSE(Trajectory{}.At(0));
+}
+
+// Two states, each known well, with a gap between: just before its end the state before the gap
+// says next to nothing, so that it is what the state after it says, carried back.
+TEST_P(TrajectoryTest, AtTheEndOfALongGapItIsWhatComesAfterSays) {
+  const ExactModelOptions model = Model();
+  Trajectory alone;
+  alone.linear = model.linear;
+  alone.angular = model.angular;
+  GraphState second;
+  second.t_ns = 5'000'000'000'000;
+  second.rates << 0.3, -0.2, 0.1, 0.2, 0.1, -0.3, 0.1, 0.2, -0.1, 0.05, -0.02, 0.1;
+  alone.states = {second};
+  alone.covariances = {1e-6 * Block::Identity()};
+  for (const int64_t gap_s : {30, 300, 3000}) {
+    Trajectory both = alone;
+    GraphState first = second;
+    first.t_ns -= gap_s * 1'000'000'000;
+    both.states.insert(both.states.begin(), first);
+    both.covariances.push_back(alone.covariances[0]);
+    both.cross_covariances = {Block::Zero()};
+    for (const int64_t before_ns : {1'000'000, 20'000'000, 60'000'000}) {
+      SCOPED_TRACE(std::to_string(gap_s) + " s, " + std::to_string(before_ns) + " ns");
+      const auto expected = alone.At(second.t_ns - before_ns);
+      const auto asked = both.At(second.t_ns - before_ns);
+      ASSERT_TRUE(expected && asked);
+      const StateVector sigmas = expected->covariance.diagonal().cwiseSqrt();
+      const StateVector off = Difference(asked->state, expected->state);
+      EXPECT_LT(off.cwiseQuotient(sigmas).norm(), 0.2);
+      const StateCovariance more = asked->covariance - expected->covariance;
+      EXPECT_LT((more.array() / (sigmas * sigmas.transpose()).array()).abs().maxCoeff(), 0.1);
+      EXPECT_EQ(Eigen::LLT<StateCovariance>(asked->covariance).info(), Eigen::Success);
+    }
+  }
 }
 
 // A recording that goes on long after the last tag: the far end stays within what is said of it.
