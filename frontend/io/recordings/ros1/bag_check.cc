@@ -234,7 +234,8 @@ Status CheckBagRecords(const std::string& path, const Limits& limits) {
   const std::string_view bytes = file.bytes();
   // ROS takes "#ROSBAG V2.00" and the like for the same format.
   if (bytes.substr(0, kMagic.size()) != kMagic) {
-    return Error{path + ": expected a ROS bag of format 2.0 (rosbag migrate makes one of an older)"};
+    return Error{path +
+                 ": expected a ROS bag of format 2.0 (rosbag migrate makes one of an older)"};
   }
   BagCheck check(limits);
   const auto fault = check.Fault(bytes);
