@@ -11,7 +11,9 @@ Result<Pose> PoseFromNumbers(const std::vector<double>& xyz_qxyzw) {
   const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
   const double norm = rotation.norm();
   if (!(std::abs(norm - 1) <= 1e-2)) {
-    return Error{"quaternion: expected unit norm, got " + FormatNumber(norm)};
+    return Error{"quaternion: expected unit norm, got " + FormatNumber(norm) +
+                 " (are these its columns? docs/formats.md has their order, and the names of a "
+                 "header line)"};
   }
   return MakePose(rotation.normalized(), {n[0], n[1], n[2]});
 }
