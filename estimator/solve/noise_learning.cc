@@ -110,12 +110,13 @@ double LeastDensity(WhiteNoiseOn on, const NoiseStatistics& statistics) {
 double Bounded(double ratio) { return std::clamp(ratio, 0.1, 10.0); }
 
 // New value of a variance. Data that say less of it than least_dof keep it: zero would claim what
-// they do not show.
+// they do not show. Where `low` is above `high`, as the least density is of states microseconds
+// apart, it rules.
 double Updated(double variance, const VarianceStatistic& statistic, double least_dof, double low,
                double high) {
   if (!(statistic.dof >= least_dof)) return variance;
   const double ratio = Bounded(statistic.sum / statistic.dof / variance);
-  return std::clamp(variance * ratio, low, high);
+  return std::clamp(variance * ratio, low, std::max(low, high));
 }
 
 bool IsGiven(const std::optional<double>& accel, const std::optional<double>& jerk) {
