@@ -62,7 +62,7 @@ def modes():
 
 class Faults:
     def __init__(self, programs, library, work):
-        self.programs, self.library, self.work = os.path.abspath(programs), os.path.abspath(library), work
+        self.programs, self.preload, self.work = os.path.abspath(programs), os.path.abspath(library), work
         self.out = os.path.join(work, 'out')
         os.mkdir(os.path.join(work, 'tmp'))
         self.run(['tagtwist_simulate', '--output', 'rec', '--images=false', '--duration', '1', '--rate', '30'])
@@ -146,7 +146,7 @@ class Faults:
         self.clear()
         self.restore()
         path = os.path.join(self.work, 'count')
-        self.run(mode.arguments, LD_PRELOAD=self.library, TAGTWIST_FAULT=f'{kind}:0', TAGTWIST_FAULT_COUNT=path)
+        self.run(mode.arguments, LD_PRELOAD=self.preload, TAGTWIST_FAULT=f'{kind}:0', TAGTWIST_FAULT_COUNT=path)
         return int(open(path).read())
 
     def numbers(self, total, sample, kind):
@@ -163,7 +163,7 @@ class Faults:
         for n in self.numbers(total, sample, kind):
             self.clear()
             self.restore()
-            status, err = self.run(mode.arguments, LD_PRELOAD=self.library, TAGTWIST_FAULT=f'{kind}:{n}')
+            status, err = self.run(mode.arguments, LD_PRELOAD=self.preload, TAGTWIST_FAULT=f'{kind}:{n}')
             done, told = done + 1, told + (status == 1)
             fault = self.fault_of(mode, status, err)
             if fault:
