@@ -53,13 +53,16 @@ std::optional<Fitted> Fit(const CalibrationProblem& base, const TagMap& map, Len
   return out;
 }
 
+// In so many blocks of time are frames left out.
+int ValidationBlocks(size_t n_frames) { return std::clamp(static_cast<int>(n_frames) / 3, 4, 20); }
+
 HeldOutJudgement Judge(Fitted* fitted, double corner_sigma_px) {
   CalibrationNoise noise;
   noise.corner_sigma_px = corner_sigma_px;
   SetCornerNoise(corner_sigma_px, &fitted->problem.frames);
   const std::vector<CalibrationGroup> all(kAllCalibrationGroups.begin(),
                                           kAllCalibrationGroups.end());
-  const int blocks = std::clamp(static_cast<int>(fitted->problem.frames.size()) / 3, 4, 20);
+  const int blocks = ValidationBlocks(fitted->problem.frames.size());
   return JudgeHeldOut(fitted->problem, fitted->parameters, all, fitted->state, noise, blocks);
 }
 
@@ -121,7 +124,7 @@ CalibrationOptions OptionsOf(LensKind kind, const BesidesLens& besides, const Ta
   out.print_scale_sigma = out.tag_bend_sigma = out.time_offset_sigma_s = 0;
   out.mount_position_sigma_m = out.mount_rotation_sigma_rad = 0;
   out.world_position_sigma_m = out.world_rotation_sigma_rad = 0;
-  out.validation_blocks = std::clamp(static_cast<int>(n_frames) / 3, 4, 20);
+  out.validation_blocks = ValidationBlocks(n_frames);
   return out;
 }
 
