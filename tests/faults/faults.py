@@ -4,9 +4,10 @@ usage: faults.py PROGRAM_DIR LIBRARY [every|SAMPLE] [MODE [KIND]]
 
 LIBRARY (tests/faults) makes the n-th write, rename, fsync, read or malloc of a process fail. After each such run, in
 each mode, the results are the older ones or the new ones, whole; exit status 0 says that they are the new ones, and 1
-comes with one line on standard error; nothing hidden is left. `every` takes every n (of malloc 2000, spread evenly),
-a number so many n of each kind, the first ones and a spread of the others. KIND kill: SIGKILL at as many moments,
-spread at random; then the next run tells what it finds, and the results are whole.
+comes with one line on standard error; nothing hidden is left. `every` takes every n (of malloc 2000: the first 1000 and a
+spread of the others), a number so many n of each kind, the first ones and a spread of the others. KIND kill: SIGKILL at
+as many moments (every: 200), spread at random; kill_rename: at each rename. Then the next run tells what it finds, and
+the results are the older ones or the new ones, whole.
 """
 import os
 import random
@@ -17,7 +18,7 @@ import sys
 import tempfile
 import time
 
-KINDS = ('write', 'rename', 'fsync', 'read', 'malloc', 'kill')
+KINDS = ('write', 'rename', 'fsync', 'read', 'malloc', 'kill', 'kill_rename')
 TIMED = ('summary.json', 'report.html')  # two runs differ in their times
 COURSE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'configs', 'course.yaml')
 
@@ -41,6 +42,15 @@ class Mode:
 
     def __init__(self, name, arguments, older=None, steady=True):
         self.name, self.arguments, self.older, self.steady = name, arguments, older, steady
+
+    def refused(self):
+        """A run over the same results that ends at its input; like every run it begins with what was left."""
+        program = self.arguments[0]
+        wrong = {'tagtwist_estimate': ['--dataset', 'absent', '--output', 'out'],
+                 'tagtwist_simulate': ['--trajectory', 'absent', '--output', 'out'],
+                 'tagtwist_map': ['--map', 'absent', '--render', 'out'],
+                 'tagtwist_compare': ['absent', '--json', 'out']}
+        return [program, *wrong[program]]
 
 
 def modes():
@@ -172,14 +182,34 @@ class Faults:
         print(f'{mode.name}: {kind}: {done} of {total} failed, {told} told, {len(faults)} wrong', flush=True)
         return len(faults)
 
+    def set_after_kill(self, mode):
+        """'older' or 'new': what the next run leaves, which ends at its input; else what is wrong."""
+        status, err = self.run(mode.refused())
+        now = tree(self.out)
+        if status != 1:
+            return f'the next run: exit status {status}: {err!r}'
+        if self.left_over():
+            return f'left over: {self.left_over()}: {err!r}'
+        if now == self.older:
+            return 'older'
+        kept = sorted(now) if isinstance(now, dict) else now if now is None else len(now)
+        return 'new' if self.same(mode, now, self.new) else f'neither set: {kept}: {err!r}'
+
+    def tell_kills(self, mode, kind, sets):
+        olds, news = sets.count('older'), sets.count('new')
+        wrong = [which for which in sets if which not in ('older', 'new')]
+        for which in wrong:
+            print(f'{mode.name}, {kind}: {which}', flush=True)
+        print(f'{mode.name}: {kind}: {len(sets)} killed: {olds} older results, {news} new ones, {len(wrong)} wrong',
+              flush=True)
+        return len(wrong)
+
     def kill_at_random(self, mode, count):
-        if mode.older is None or not isinstance(self.new, dict):
-            return 0
         start = time.monotonic()
         self.clear()
         self.restore()
         self.run(mode.arguments)
-        whole_s, rng, olds, news, faults = time.monotonic() - start, random.Random(7), 0, 0, 0
+        whole_s, rng, sets = time.monotonic() - start, random.Random(7), []
         for _ in range(count):
             self.clear()
             self.restore()
@@ -187,16 +217,18 @@ class Faults:
             time.sleep(rng.uniform(0, 1.1 * whole_s))
             process.send_signal(signal.SIGKILL)
             process.communicate()
-            # Whatever the next run is there for, it begins with what was left.
-            status, err = self.run(['tagtwist_estimate', '--dataset', 'absent', '--output', 'out'])
-            now = tree(self.out)
-            older, new = now == self.older, self.same(mode, now, self.new)
-            olds, news = olds + older, news + new
-            if status != 1 or not older and not new or self.left_over():
-                faults += 1
-                print(f'{mode.name}, killed: {sorted(now or {})}, left {self.left_over()}: {err!r}', flush=True)
-        print(f'{mode.name}: {count} kills: {olds} older results, {news} new ones, {faults} wrong', flush=True)
-        return faults
+            sets.append(self.set_after_kill(mode))
+        return self.tell_kills(mode, 'kill', sets)
+
+    def kill_at_renames(self, mode, sample):
+        sets = []
+        for n in self.numbers(self.count(mode, 'rename'), sample, 'rename'):
+            self.clear()
+            self.restore()
+            status, _ = self.run(mode.arguments, LD_PRELOAD=self.preload, TAGTWIST_FAULT=f'rename:{n}:kill')
+            which = self.set_after_kill(mode)
+            sets.append(which if status == -signal.SIGKILL else f'rename {n}: exit status {status}, not killed')
+        return self.tell_kills(mode, 'kill_rename', sets)
 
 
 def main():
@@ -216,6 +248,8 @@ def main():
                     continue
                 if kind == 'kill':
                     wrong += faults.kill_at_random(mode, 200 if sample == 'every' else int(sample))
+                elif kind == 'kill_rename':
+                    wrong += faults.kill_at_renames(mode, sample)
                 else:
                     wrong += faults.fail_each(mode, kind, sample)
     finally:
