@@ -141,6 +141,7 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
 Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanEnd* end,
            Outcome* worst) {
   const Stopwatch watch;
+  if (const auto fine = CheckRigOf(job, config); !fine) return fine;
   auto kept = CheckInputsAreKept(job);
   if (!kept) return kept.error();
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;

@@ -1,5 +1,6 @@
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -23,6 +24,27 @@ Status CheckInputsAreKept(const SimulateJob& job) {
   return files.WritesStandardOutput();
 }
 
+Status SimulateCamera(const SimulateJob& job, const SimulatedCamera& camera,
+                      const SplineTrajectory& trajectory) {
+  const auto simulator = Simulator::Make(camera.set_up, trajectory, camera.options);
+  if (!simulator) return simulator.error();
+  const std::vector<int64_t>& times_ns = camera.times_ns;
+  const bool sees_tags = std::any_of(times_ns.begin(), times_ns.end(), [&](int64_t t_ns) {
+    return !simulator->FindVisibleTags(t_ns).empty();
+  });
+  if (!sees_tags) {
+    std::cerr << "tagtwist_simulate: no frame sees a tag: does cam_from_body look at the map?\n";
+  }
+  const auto writer = CreateDatasetWriter(camera.output, *ParseFormat(job.format));
+  if (!writer) return writer.error();
+  const auto written =
+      WriteFlight(job, *simulator, times_ns, camera.clock_offset_ns, writer->get());
+  if (!written) return written;
+  std::cout << camera.output << ": " << times_ns.size() << " frames, "
+            << ToSeconds(times_ns.back() - times_ns.front()) << " s\n";
+  return Ok();
+}
+
 Status Simulate(const SimulateJob& job) {
   if (const auto kept = CheckInputsAreKept(job); !kept) return kept;
   const auto config = LoadConfig(job.config);
@@ -33,22 +55,24 @@ Status Simulate(const SimulateJob& job) {
   const auto stamps_ns = PrepareStamps(job, *trajectory, &warning);
   if (!stamps_ns) return stamps_ns.error();
   if (!warning.empty()) std::cerr << "tagtwist_simulate: " << warning << "\n";
-  const auto simulator = Simulator::Make(config->set_up, *trajectory, job.simulator);
-  if (!simulator) return simulator.error();
-  const bool sees_tags = std::any_of(stamps_ns->begin(), stamps_ns->end(), [&](int64_t t_ns) {
-    return !simulator->FindVisibleTags(t_ns).empty();
-  });
-  if (!sees_tags) {
-    std::cerr << "tagtwist_simulate: no frame sees a tag: does cam_from_body look at the map?\n";
+  if (config->recordings.empty()) {
+    const SimulatedCamera only{config->set_up, job.simulator, job.output, *stamps_ns, 0};
+    return SimulateCamera(job, only, *trajectory);
   }
-
-  const auto writer = CreateDatasetWriter(job.output, *ParseFormat(job.format));
-  if (!writer) return writer.error();
-  if (auto written = WriteFlight(job, *simulator, *stamps_ns, writer->get()); !written) {
-    return written;
+  if (!job.image_times.empty()) {
+    return Error{job.config.config + ": cameras: --image_times is of one camera"};
   }
-  std::cout << job.output << ": " << stamps_ns->size() << " frames, "
-            << ToSeconds(stamps_ns->back() - stamps_ns->front()) << " s\n";
+  const auto cameras = CamerasOf(job, *config, *stamps_ns);
+  if (!cameras) return cameras.error();
+  for (const SimulatedCamera& camera : *cameras) {
+    const auto folder = std::filesystem::path(camera.output).parent_path();
+    std::error_code failure;
+    std::filesystem::create_directories(folder, failure);
+    if (failure) {
+      return Error{folder.string() + ": cannot make this folder: " + failure.message()};
+    }
+    if (auto done = SimulateCamera(job, camera, *trajectory); !done) return done;
+  }
   return Ok();
 }
 

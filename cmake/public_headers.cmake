@@ -26,6 +26,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   frontend/tags/tag_finder.h
   # files
   frontend/io/recordings/data_source.h
+  frontend/io/recordings/rig/rig_source.h
   frontend/io/setup/tag_map_file.h
   frontend/io/trajectories/trajectory_file.h
   frontend/io/trajectories/trajectory_rows.h
@@ -41,6 +42,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   estimator/graph/graph_state.h
   estimator/graph/noise_model.h
   estimator/graph/trajectory.h
+  estimator/result/camera_share.h
   estimator/result/estimate.h
   estimator/result/reprojection_errors.h
   estimator/result/run_facts.h

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/estimate/sources.h"
@@ -60,30 +61,63 @@ bool IsMute(const std::string& error) {
          error.find("shows a tag") != std::string::npos;
 }
 
-// Corners where the camera's image ends: its size is another's, or width and height are exchanged.
-// Of given detections: those are passed over in silence before anything is measured.
-std::optional<Fault> OffTheImage(const EstimateJob& job, const Config& config) {
-  constexpr double kMostShare = 0.02;
-  constexpr size_t kFrames = 500;
-  if (!job.run.use_detections || IsCamera(job.dataset)) return std::nullopt;
-  const Camera& camera = config.set_up.rig.front().camera;
-  auto source = OpenDataSource(job.dataset, SourceOptions(job, config));
-  if (!source) return std::nullopt;
-  size_t off = 0, all = 0;
-  for (size_t i = 0; i < kFrames; ++i) {
-    const auto frame = (*source)->Next();
-    if (!frame || !*frame) break;
-    for (const TagDetection& tag : (*frame)->detections) {
+// Corners of one camera.
+struct CornerCount {
+  size_t off = 0, all = 0;  // off its image, and all
+
+  void Add(const std::vector<TagDetection>& tags, const Camera& camera) {
+    for (const TagDetection& tag : tags) {
       for (const Eigen::Vector2d& corner : tag.corners) {
         ++all;
         off += camera.Contains(corner, -1) ? 0 : 1;
       }
     }
   }
-  if (!(static_cast<double>(off) > kMostShare * static_cast<double>(all))) return std::nullopt;
-  return Fault{Format("%zu of %zu corners lie off the camera's image of %d x %d px.", off, all,
-                      camera.width, camera.height),
-               "It is of images of another size, or width and height are exchanged."};
+};
+
+// Corners where a camera's image ends: its size is another's, or width and height are exchanged.
+// Of given detections: those are passed over in silence before anything is measured.
+void AddOffTheImage(const EstimateJob& job, const Config& config, Doubts* out) {
+  constexpr double kMostShare = 0.02;
+  constexpr size_t kFrames = 500;
+  if (!job.run.use_detections || IsCamera(job.dataset)) return;
+  const std::vector<RigCamera>& cameras = config.set_up.rig.cameras;
+  auto source = OpenRecording(job.dataset, config, SourceOptions(job, config));
+  if (!source) return;
+  std::vector<CornerCount> counts(cameras.size());
+  const auto count = [&](const Frame& frame) {
+    const auto i = static_cast<size_t>(frame.camera);
+    counts[i].Add(frame.detections, cameras[i].camera);
+  };
+  for (size_t i = 0; i < kFrames; ++i) {
+    const auto frame = (*source)->Next();
+    if (!frame || !*frame) break;
+    count(**frame);
+    for (const Frame& other : (*frame)->others) count(other);
+  }
+  for (size_t i = 0; i < counts.size(); ++i) {
+    const Camera& camera = cameras[i].camera;
+    const auto [off, all] = std::pair(counts[i].off, counts[i].all);
+    if (!(static_cast<double>(off) > kMostShare * static_cast<double>(all))) continue;
+    const std::string whose =
+        cameras.size() > 1 ? "camera " + cameras[i].name + "'s" : "the camera's";
+    out->push_back({Format("%zu of %zu corners lie off ", off, all) + whose +
+                        Format(" image of %d x %d px.", camera.width, camera.height),
+                    "It is of images of another size, or width and height are exchanged."});
+  }
+}
+
+// Of each camera; several are named.
+Doubts ImplausibleRig(const SetUp& set_up) {
+  if (!set_up.rig.IsOfSeveral()) return ImplausibleSetUp(set_up.rig.front().camera, set_up.map);
+  Doubts out;
+  for (const RigCamera& mounted : set_up.rig.cameras) {
+    for (Fault& fault : ImplausibleSetUp(mounted.camera, set_up.map)) {
+      fault.fact = "camera " + mounted.name + ": " + fault.fact;
+      out.push_back(std::move(fault));
+    }
+  }
+  return out;
 }
 
 void Add(std::optional<Fault> fault, Doubts* out) {
@@ -95,18 +129,19 @@ void Add(std::optional<Fault> fault, Doubts* out) {
 Doubts DoubtsOf(const EstimateJob& job, const Config& config, const TagSample& sample,
                 const std::vector<TruthSample>& truth, const Estimate* estimate,
                 const std::string& error) {
-  Doubts out = ImplausibleSetUp(config.set_up.rig.front().camera, config.set_up.map);
-  Add(OffTheImage(job, config), &out);
+  Doubts out = ImplausibleRig(config.set_up);
+  AddOffTheImage(job, config, &out);
   if (estimate == nullptr && !IsMute(error)) return out;
-  Add(OtherTags(job, config, sample), &out);
-  if (out.empty()) {
+  const bool is_of_one = config.recordings.empty();  // what follows looks through one camera
+  if (is_of_one) Add(OtherTags(job, config, sample), &out);
+  if (out.empty() && is_of_one) {
     Add(FindSetUpFault(sample.frames(), config.set_up.rig.front().camera,
                        config.set_up.rig.front().line_time_s, config.set_up.map),
         &out);
   }
   if (estimate == nullptr) return out;
   for (const Fault& fault : ImplausibleMotion(PosesOf(*estimate))) out.push_back(fault);
-  if (!truth.empty() && out.empty()) {
+  if (!truth.empty() && out.empty() && is_of_one) {
     constexpr double kMaxGapS = 0.1;
     Add(FindTruthFault(EstimatedSeries(estimate->frames), truth,
                        config.set_up.rig.front().cam_from_body, kMaxGapS),

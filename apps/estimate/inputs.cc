@@ -37,25 +37,38 @@ const char* LensText(const Camera& camera) {
   return LensName(camera.lens);
 }
 
-std::string CameraLine(const Config& config) {
-  const Camera& c = config.set_up.rig.front().camera;
+std::string CameraLine(const RigCamera& mounted, const std::string& origin) {
+  const Camera& c = mounted.camera;
   std::string out =
       Format("camera     %d x %d px, fx %.1f, fy %.1f, ", c.width, c.height, c.fx, c.fy) +
       LensText(c);
-  if (config.set_up.rig.front().line_time_s != 0) {
-    out += Format(", rolling shutter of %.1f ms",
-                  1e3 * config.set_up.rig.front().line_time_s * c.height);
+  if (mounted.line_time_s != 0) {
+    out += Format(", rolling shutter of %.1f ms", 1e3 * mounted.line_time_s * c.height);
   }
-  return out + ", from " + config.origins.camera;
+  return out + ", from " + origin;
 }
 
-std::string MountLine(const Config& config) {
-  const Eigen::Vector3d t = config.set_up.rig.front().cam_from_body.translation();
+std::string MountLine(const RigCamera& mounted, const std::string& origin) {
+  const Eigen::Vector3d t = mounted.cam_from_body.translation();
   return Format("mount      cam_from_body at (%.4g, %.4g, %.4g) m, turned %.1f deg, from ", t.x(),
                 t.y(), t.z(),
-                57.29578 *
-                    Eigen::AngleAxisd(config.set_up.rig.front().cam_from_body.rotation()).angle()) +
-         config.origins.mount;
+                57.29578 * Eigen::AngleAxisd(mounted.cam_from_body.rotation()).angle()) +
+         origin;
+}
+
+// Of each camera of a rig what it is called and where its recording is, its camera and its mount.
+std::vector<std::string> CameraLines(const Config& config) {
+  std::vector<std::string> out;
+  const std::vector<RigCamera>& cameras = config.set_up.rig.cameras;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (i < config.recordings.size()) {
+      out.push_back("camera     " + cameras[i].name + ": recording " + config.recordings[i].path +
+                    Format(", clock %+.6g s", cameras[i].clock_offset_s));
+    }
+    out.push_back(CameraLine(cameras[i], config.origins.camera));
+    out.push_back(MountLine(cameras[i], config.origins.mount));
+  }
+  return out;
 }
 
 std::string MapLine(const Config& config) {
@@ -115,8 +128,10 @@ Result<Inputs> TakeInputs(const EstimateJob& job, const Config& config, const Da
   out.warnings.insert(out.warnings.end(), source.notes().begin(), source.notes().end());
   std::string origin;
   if (const Status read = ReadTruth(job, source, &out, &origin); !read) return read.error();
-  out.lines = {RecordingLine(job.dataset, source), CameraLine(config), MountLine(config),
-               MapLine(config), TruthLine(origin, out.truth, source.stamps_ns())};
+  out.lines = CameraLines(config);
+  out.lines.insert(out.lines.begin(), RecordingLine(job.dataset, source));
+  out.lines.push_back(MapLine(config));
+  out.lines.push_back(TruthLine(origin, out.truth, source.stamps_ns()));
   return out;
 }
 
@@ -153,7 +168,8 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
 }
 
 std::string ConfigurationText(const Config& config) {
-  return CameraSectionText(config) + MountSectionText(config) +
+  return (config.recordings.empty() ? CameraSectionText(config) + MountSectionText(config)
+                                    : CamerasSectionText(config)) +
          Format("\n# tag_map: %zu tags of ", config.set_up.map.tags().size()) +
          config.set_up.map.family() + ", SHA-256 " + DigestText(MapSectionText(config)) + "\n" +
          OptionsText(config);

@@ -20,14 +20,32 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
   return options;
 }
 
+Status CheckRigOf(const EstimateJob& job, const Config& config) {
+  if (config.recordings.empty()) return Ok();
+  const auto refuse = [&](const std::string& flag) {
+    return Error{job.config.config + ": cameras: " + flag +
+                 " is of one camera: name it by camera and cam_from_body instead"};
+  };
+  if (job.calibrate) return refuse("--calibrate");
+  if (job.map_unknown_tags) return refuse("--map_unknown_tags");
+  if (!job.overlay.empty()) return refuse("--overlay");
+  if (job.write_detections) return refuse("--write_detections");
+  if (job.only_detections) return refuse("--only_detections");
+  if (!job.pieces.empty()) return refuse("--pieces");
+  if (!job.topic.empty()) return refuse("--topic");
+  if (config.estimator.clock == ClockChoice::kSteady) return refuse("--clock steady");
+  if (IsCamera(job.dataset)) return refuse("--dataset " + job.dataset);
+  return Ok();
+}
+
 std::ostream& Messages(const EstimateJob& job) { return job.stream == "-" ? std::cerr : std::cout; }
 
 namespace {
 
 // The frames of a recording that the job takes.
-Result<std::unique_ptr<DataSource>> OpenPart(const EstimateJob& job,
+Result<std::unique_ptr<DataSource>> OpenPart(const EstimateJob& job, const Config& config,
                                              const DataSourceOptions& options) {
-  auto source = OpenDataSource(job.dataset, options);
+  auto source = OpenRecording(job.dataset, config, options);
   if (!source || (!job.from && !job.to)) return source;
   const auto range = RangeOf(job.from, job.to, (*source)->stamps_ns().size());
   if (!range) return Error{job.dataset + ": " + range.error().message};
@@ -39,7 +57,7 @@ Result<std::unique_ptr<DataSource>> OpenPart(const EstimateJob& job,
 Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config) {
   return IsCamera(job.dataset) ? OpenCameraSource(job.dataset, config.set_up.rig.front().camera,
                                                   SteadyNowNs, config.limits)
-                               : OpenPart(job, SourceOptions(job, config));
+                               : OpenPart(job, config, SourceOptions(job, config));
 }
 
 namespace {
@@ -52,7 +70,7 @@ OverlayOptions OverlayOptionsOf(const EstimateJob& job) {
 Result<std::unique_ptr<DataSource>> OpenForOverlay(const EstimateJob& job, const Config& config) {
   DataSourceOptions options = SourceOptions(job, config);
   options.read_images = true;
-  return OpenPart(job, options);
+  return OpenPart(job, config, options);
 }
 
 }  // namespace

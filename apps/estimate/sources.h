@@ -14,6 +14,9 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config);
 /// The job's recording, or its camera.
 Result<std::unique_ptr<DataSource>> OpenSource(const EstimateJob& job, const Config& config);
 
+/// Whether what the job asks for can be had of the several cameras that the configuration has.
+Status CheckRigOf(const EstimateJob& job, const Config& config);
+
 /// Where figures are told: rows have standard output to themselves.
 std::ostream& Messages(const EstimateJob& job);
 

@@ -76,7 +76,7 @@ PythonSource OpenFrames(const py::object& frames, const Config& config, bool rea
     const std::string path = frames.cast<std::filesystem::path>().string();
     if (IsCamera(path)) throw Refusal(path + ": a camera is read frame by frame, SlidingWindow");
     const auto options = RecordingOptions(config, run->use_detections, read_images);
-    return PythonSource(TakeOrRaise(OpenDataSource(path, options)));
+    return PythonSource(TakeOrRaise(OpenRecording(path, config, options)));
   }
   if (!py::isinstance<py::iterable>(frames)) {
     throw Refusal("frames: expected a path or an iterable of (t_ns, image), got " +

@@ -18,17 +18,16 @@ namespace tagtwist::internal::python {
 namespace {
 
 Result<std::unique_ptr<DataSource>> OpenPlace(const std::string& place, const Config& config) {
-  return IsCamera(place)
-             ? OpenCameraSource(place, config.set_up.rig.front().camera, SteadyNowNs)
-             : OpenDataSource(place, RecordingOptions(config, /*use_detections=*/false, true));
+  return IsCamera(place) ? OpenCameraSource(place, config.set_up.rig.front().camera, SteadyNowNs)
+                         : OpenRecording(place, config,
+                                         RecordingOptions(config, /*use_detections=*/false, true));
 }
 
 // tagtwist.Live: states as their frames come. Memory does not grow with the frames.
 class Live {
  public:
   Live(const std::string& place, const Config& config)
-      : camera_(config.set_up.rig.front().camera),
-        estimator_(TakeOrRaise(OnlineEstimator::Create(config))) {
+      : rig_(config.set_up.rig), estimator_(TakeOrRaise(OnlineEstimator::Create(config))) {
     LiveFeed::Options options;
     options.paced = !IsCamera(place);
     options.stop = [this] { return is_closed_ || IsInterrupted(); };
@@ -84,7 +83,7 @@ class Live {
   }
 
   Result<std::optional<FrameEstimate>> NextLocked() {
-    const auto frame = NextFrame(feed_.get(), camera_);
+    const auto frame = NextFrame(feed_.get(), rig_);
     if (!frame) return frame.error();
     if (!*frame) return std::optional<FrameEstimate>();
     auto output = estimator_.AddImage((*frame)->t_ns, (*frame)->image);
@@ -103,7 +102,7 @@ class Live {
   }
 
   mutable std::mutex mutex_;  // of the estimator and the image
-  Camera camera_;
+  Rig rig_;
   OnlineEstimator estimator_;
   cv::Mat image_;
   std::atomic<double> latency_ms_{0};

@@ -98,20 +98,55 @@ Result<std::vector<int64_t>> PrepareStamps(const SimulateJob& job,
   return out;
 }
 
+Result<std::vector<SimulatedCamera>> CamerasOf(const SimulateJob& job, const Config& config,
+                                               const std::vector<int64_t>& stamps_ns) {
+  constexpr uint64_t kNextSeed = 1'000'003;
+  constexpr double kGolden = 0.6180339887498949;  // phases that keep apart, however many
+  std::vector<SimulatedCamera> out;
+  std::vector<double> clocks_s;  // one after the other as they come
+  for (size_t i = 0; i < config.recordings.size(); ++i) {
+    const RigCamera& mounted = config.set_up.rig.cameras.at(i);
+    SimulatedCamera camera{{{{mounted}}, config.set_up.map}, job.simulator, "", stamps_ns, 0};
+    camera.output = (std::filesystem::path(job.output) / config.recordings[i].path).string();
+    camera.options.random_seed += kNextSeed * i;
+    if (mounted.line_time_s != 0) camera.options.line_time_s = mounted.line_time_s;
+    camera.clock_offset_ns = std::llround(1e9 * mounted.clock_offset_s);
+    auto clock = std::find(clocks_s.begin(), clocks_s.end(), mounted.clock_offset_s);
+    if (clock == clocks_s.end()) clock = clocks_s.insert(clock, mounted.clock_offset_s);
+    if (const auto order = clock - clocks_s.begin(); order > 0) {
+      const double phase = std::fmod(kGolden * static_cast<double>(order), 1.0);
+      const auto times_ns = MakeStamps(
+          stamps_ns.front() + std::llround(1e9 * phase / job.rate_hz), stamps_ns.back(),
+          {job.rate_hz, job.jitter_s, job.simulator.random_seed + static_cast<uint64_t>(order)});
+      if (!times_ns) return times_ns.error();
+      camera.times_ns = *times_ns;
+    }
+    if (camera.times_ns.empty()) {
+      return Error{camera.output + ": the flight is too short for a frame of this camera's clock"};
+    }
+    out.push_back(std::move(camera));
+  }
+  return out;
+}
+
 Status WriteFlight(const SimulateJob& job, const Simulator& simulator,
-                   const std::vector<int64_t>& stamps_ns, DatasetWriter* writer) {
-  Progress progress("frames", stamps_ns.size());
+                   const std::vector<int64_t>& times_ns, int64_t clock_offset_ns,
+                   DatasetWriter* writer) {
+  Progress progress("frames", times_ns.size());
   std::vector<TruthSample> truth;
   auto written = ForEachInOrder(
-      stamps_ns.size(), ResolveThreads(job.threads),
-      [&](size_t i) { return simulator.MakeFrame(i, stamps_ns[i]); },
+      times_ns.size(), ResolveThreads(job.threads),
+      [&](size_t i) { return simulator.MakeFrame(i, times_ns[i]); },
       [&](size_t i, const SimulatedFrame& frame) {
-        truth.push_back({frame.t_ns, frame.truth.world_from_body, frame.truth.twist});
+        const int64_t stamp_ns = frame.t_ns - clock_offset_ns;
+        truth.push_back({stamp_ns, frame.truth.world_from_body, frame.truth.twist});
         progress.Update(i + 1);
-        return writer->Add({frame.t_ns, frame.image, frame.detections});
+        return writer->Add({stamp_ns, frame.image, frame.detections});
       });
   if (!written) return written;
-  return writer->Finish(truth, simulator.MakeImu(stamps_ns.front(), stamps_ns.back()));
+  auto imu = simulator.MakeImu(times_ns.front(), times_ns.back());
+  for (ImuSample& sample : imu) sample.t_ns -= clock_offset_ns;
+  return writer->Finish(truth, imu);
 }
 
 Result<DatasetFormat> ParseFormat(const std::string& name) {

@@ -35,10 +35,26 @@ Result<std::vector<int64_t>> PrepareStamps(const SimulateJob& job,
                                            const SplineTrajectory& trajectory,
                                            std::string* warning);
 
-/// Renders every frame and writes the data set. Progress goes to standard error where that is a
-/// terminal.
+/// One camera of a rig as it takes and stamps its frames.
+struct SimulatedCamera {
+  SetUp set_up;  // of it alone
+  SimulatorOptions options;
+  std::string output;
+  std::vector<int64_t> times_ns;  // of its frames, by the body's clock,
+  int64_t clock_offset_ns = 0;    // which is what its own shows plus this
+};
+/// The rig's cameras, where the configuration has `cameras`: each with noise of its own, and its
+/// recording in the output folder. Those whose clock shows the same as the first's take their
+/// frames with it; those of another clock run freely, each clock at a phase of its own. An error: a
+/// flight that is too short for one.
+Result<std::vector<SimulatedCamera>> CamerasOf(const SimulateJob& job, const Config& config,
+                                               const std::vector<int64_t>& stamps_ns);
+
+/// Renders every frame and writes the data set, all stamps by the camera's clock: what the body's
+/// shows less `clock_offset_ns`. Progress goes to standard error where that is a terminal.
 Status WriteFlight(const SimulateJob& job, const Simulator& simulator,
-                   const std::vector<int64_t>& stamps_ns, DatasetWriter* writer);
+                   const std::vector<int64_t>& times_ns, int64_t clock_offset_ns,
+                   DatasetWriter* writer);
 
 /// "folder", "euroc" or "mat".
 Result<DatasetFormat> ParseFormat(const std::string& name);

@@ -77,8 +77,8 @@ class BatchEstimator::Impl {
   explicit Impl(EstimatorSetup setup)
       : setup_(std::move(setup)),
         segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}),
-        set_up_check_(setup_.map, setup_.camera),
-        gate_(setup_.map, setup_.camera) {}
+        set_up_check_(setup_),
+        gate_(setup_.map, setup_.Cameras()) {}
 
   void Add(FrameMeasurements measurement);
   Result<Estimate> Solve() const;
@@ -109,7 +109,7 @@ class BatchEstimator::Impl {
 
   EstimatorSetup setup_;
   TrackSegmenter segmenter_;
-  SetUpCheck set_up_check_;
+  RigCheck set_up_check_;
   Status set_up_is_right_ = Ok();  // as far as the frames say
   TagGate gate_;
   DoubledTags doubled_;
@@ -259,7 +259,7 @@ Result<Estimate> BatchEstimator::Impl::SolveRolling(const Measurements& measurem
   auto out = SolveFor(measurements, doubled, ways);
   // First by poses that are those of the mean row, then by those of the stamps.
   for (const bool of_stamp : {false, true}) {
-    if (!out || setup_.line_time_s == 0) return out;
+    if (!out || !setup_.HasRollingShutter()) return out;
     Measurements of_stamps = measurements;
     for (FrameMeasurements& frame : of_stamps) {
       const int64_t delay_ns = of_stamp ? 0 : MeanDelayNs(setup_, frame.tags);

@@ -7,14 +7,14 @@
 #include <utility>
 
 #include "estimator/graph/reprojection.h"
-#include "estimator/result/reprojection_tally.h"
+#include "estimator/result/rig_tally.h"
 
 namespace tagtwist::internal {
 
 TagAudit AuditTags(const EstimatorSetup& setup, const SolvedFrames& solved,
                    const TagsByFrame& refused, Estimate* out) {
   TagAudit audit;
-  ReprojectionTally tally;
+  RigTally tally(setup);
   for (size_t i = 0; i < solved.frames.size(); ++i) {
     const GraphFrame& frame = solved.frames[i];
     std::vector<TagDetection> seen = solved.measurements[i].tags;
@@ -23,13 +23,14 @@ TagAudit AuditTags(const EstimatorSetup& setup, const SolvedFrames& solved,
       seen.insert(seen.end(), of_frame->second.begin(), of_frame->second.end());
     }
     audit.Add(setup, frame, seen);
+    tally.AddSeen(seen);
     if (solved.state_of_frame[i] < 0) continue;
     const std::vector<double> errors = ReprojectionErrors(setup, frame);
     out->reprojection_px.insert(out->reprojection_px.end(), errors.begin(), errors.end());
-    tally.Add(setup.camera, setup.map, frame.t_ns,
-              setup.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
+    tally.AddSolved(setup, frame);
   }
   out->reprojection = tally.Errors();
+  out->cameras = tally.Shares();
   return audit;
 }
 
@@ -44,7 +45,9 @@ std::vector<DoubledTags> WaysWithoutTwins(const EstimatorSetup& setup, const Sol
     if (solved.state_of_frame[i] < 0) continue;
     const GraphFrame& frame = solved.frames[i];
     std::vector<int> used;
-    for (const TagDetection& tag : frame.tags) used.push_back(tag.id);
+    for (const TagDetection& tag : frame.tags) {
+      if (std::count(used.begin(), used.end(), tag.id) == 0) used.push_back(tag.id);
+    }
     all_used.insert(used.begin(), used.end());
     const auto elsewhere = TagsElsewhere(setup, frame, solved.measurements[i].tags);
     for (const TagElsewhere& tag : elsewhere) {

@@ -62,8 +62,9 @@ void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetec
     observation.corners_in_world = setup.map.CornersInWorld(tag.id);
     observation.pixels = tag.corners;
     observation.covariance = CornerCovariance(setup, tag, own ? sigma_px : 1);
-    const auto cost =
-        std::make_shared<TagReprojectionResidual>(observation, setup.camera, setup.cam_from_body);
+    const MountedCamera seen_by = setup.CameraOf(tag.camera);
+    const auto cost = std::make_shared<TagReprojectionResidual>(observation, seen_by.camera,
+                                                                seen_by.cam_from_body);
     factor->own_log_det = cost->LogDetInformation();
     factor->cost = cost;
   }
@@ -251,11 +252,12 @@ Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const 
 std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
                                             const Pose& world_from_body,
                                             const Pose& world_from_plane,
-                                            const Eigen::Vector2d& pixel) {
-  const auto normalised = setup.camera.Unproject(pixel);
+                                            const Eigen::Vector2d& pixel, int camera) {
+  const MountedCamera seen_by = setup.CameraOf(camera);
+  const auto normalised = seen_by.camera.Unproject(pixel);
   if (!normalised) return std::nullopt;
   const Pose plane_from_cam =
-      Inverse(world_from_plane) * world_from_body * Inverse(setup.cam_from_body);
+      Inverse(world_from_plane) * world_from_body * Inverse(seen_by.cam_from_body);
   const Ray ray{plane_from_cam.translation(),
                 plane_from_cam.rotation() * normalised->homogeneous()};
   const double depth = DistanceToPlane(ray, Eigen::Vector3d::UnitZ(), 0);
@@ -269,19 +271,6 @@ void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {
     (*frames)[i].state = ToBodyState(graph.states[i]);
     (*frames)[i].acceleration = ToAcceleration(graph.states[i]);
   }
-}
-
-EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& options) {
-  const RigCamera& camera = set_up.rig.front();
-  EstimatorSetup out;
-  out.camera = camera.camera;
-  out.line_time_s = camera.line_time_s;
-  out.cam_from_body = camera.cam_from_body;
-  out.map = set_up.map;
-  out.options = options;
-  if (camera.line_time_s != 0) out.options.use_tracks = false;
-  out.planes = FindTrackPlanes(set_up.map);
-  return out;
 }
 
 }  // namespace tagtwist::internal

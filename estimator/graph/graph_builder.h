@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "estimator/graph/estimator_options.h"
@@ -15,20 +16,36 @@
 
 namespace tagtwist::internal {
 
+/// How a camera sees.
+struct MountedCamera {
+  const Camera& camera;
+  const Pose& cam_from_body;
+  double line_time_s;
+};
+
 /// What does not change during a run, as the solvers take it: BatchEstimator and SlidingWindow make
 /// it of the set-up and the options that they are given.
 struct EstimatorSetup {
-  Camera camera;
+  Camera camera;           // the first of the rig,
   double line_time_s = 0;  // of a rolling shutter (RigCamera)
   Pose cam_from_body;
+  std::vector<RigCamera> others;          // and those after it;
+  std::vector<std::string> camera_names;  // of all
   TagMap map;
   EstimatorOptions options;
   std::vector<TrackPlane> planes;     // of the map
   ForRanges for_ranges = InOneRange;  // how a batch does work that can be split
+
+  int n_cameras() const { return 1 + static_cast<int>(others.size()); }
+  /// Of the rig, by its index (TagDetection::camera); it must have it.
+  MountedCamera CameraOf(int index) const;
+  std::vector<Camera> Cameras() const;
+  bool HasRollingShutter() const;
 };
 
 /// Finds the map's planes. Under a rolling shutter it is without tracks: nothing tells in which row
-/// their points were.
+/// their points were; so it is with several cameras, whose frames' stamps are also taken as they
+/// are.
 EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& options);
 
 /// One frame as the graph takes it.
@@ -80,12 +97,12 @@ bool HasTracks(const EstimatorSetup& setup, const GraphInput& input);
 Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const TagDetection& tag,
                                              double sigma_px);
 
-/// Where the ray through a pixel meets a plane z = 0 of its own frame, in that frame [m]; nullopt
-/// where it does not, or more than 100 m away: a grazing view.
+/// Where the ray through a pixel of a camera meets a plane z = 0 of its own frame, in that frame
+/// [m]; nullopt where it does not, or more than 100 m away: a grazing view.
 std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
                                             const Pose& world_from_body,
                                             const Pose& world_from_plane,
-                                            const Eigen::Vector2d& pixel);
+                                            const Eigen::Vector2d& pixel, int camera = 0);
 
 /// Writes the graph's states back into the frames.
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames);

@@ -29,6 +29,11 @@ Result<TagMap> AllTags(const MappingOptions& options, const std::vector<int>& mo
 }  // namespace
 
 Result<Mapping> MapRecording(const MapJob& job, const Config& config) {
+  if (!config.recordings.empty()) {
+    return Error{job.recording +
+                 ": a map is made with one camera, and the configuration has the "
+                 "section cameras: name one by camera and cam_from_body instead"};
+  }
   Config any = config;
   auto all = AllTags(job.mapping, config.movable_tags);
   if (!all) return all.error();

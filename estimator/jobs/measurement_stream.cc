@@ -10,11 +10,35 @@
 
 namespace tagtwist::internal {
 
-Result<std::optional<Frame>> NextFrame(DataSource* source, const Camera& camera) {
+namespace {
+
+Status CheckImageSize(const Frame& frame, const Rig& rig) {
+  const auto camera = static_cast<size_t>(frame.camera);
+  const auto problem = ImageSizeProblem(frame.image, rig.cameras.at(camera).camera);
+  return problem ? Status(Error{frame.name + ": " + *problem}) : Ok();
+}
+
+// Those of another camera into a frame.
+void Merge(MeasuredFrame other, MeasuredFrame* frame) {
+  FrameMeasurements &to = frame->measurements, &from = other.measurements;
+  to.tags.insert(to.tags.end(), from.tags.begin(), from.tags.end());
+  to.doubled_ids.insert(to.doubled_ids.end(), from.doubled_ids.begin(), from.doubled_ids.end());
+  to.cut_short = to.cut_short || from.cut_short;
+  if (!to.closed_form.world_from_body) to.closed_form = from.closed_form;
+  if (frame->image_problem.empty()) frame->image_problem = std::move(other.image_problem);
+  frame->detect_ms += other.detect_ms;
+  frame->track_ms += other.track_ms;
+  frame->seed_ms += other.seed_ms;
+}
+
+}  // namespace
+
+Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig) {
   auto frame = source->Next();
   if (!frame || !*frame) return frame;
-  if (const auto problem = ImageSizeProblem((*frame)->image, camera)) {
-    return Error{(*frame)->name + ": " + *problem};
+  if (const auto fine = CheckImageSize(**frame, rig); !fine) return fine.error();
+  for (const Frame& other : (*frame)->others) {
+    if (const auto fine = CheckImageSize(other, rig); !fine) return fine.error();
   }
   return frame;
 }
@@ -44,7 +68,8 @@ void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
 namespace {
 
 bool IsSwept(const Config& config, DetectionMode detection) {
-  return detection != DetectionMode::kFull && config.front_end.detector.refine_pattern;
+  return detection != DetectionMode::kFull && config.front_end.detector.refine_pattern &&
+         !config.set_up.rig.IsOfSeveral();
 }
 
 bool SearchesImages(const StreamOptions& options) {
@@ -59,14 +84,18 @@ size_t FramesPerPiece(const Config& config, DetectionMode detection) {
 
 Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
                                                     const StreamOptions& options) {
-  auto refiner = CornerRefiner::Create(config.set_up.map, config.set_up.rig.front().camera);
-  if (!refiner) return refiner.error();
-  auto shared = std::make_unique<const Shared>(Shared{config, std::move(*refiner), options});
+  std::vector<CornerRefiner> refiners;
+  for (const RigCamera& mounted : config.set_up.rig.cameras) {
+    auto refiner = CornerRefiner::Create(config.set_up.map, mounted.camera);
+    if (!refiner) return refiner.error();
+    refiners.push_back(std::move(*refiner));
+  }
+  auto shared = std::make_unique<const Shared>(Shared{config, std::move(refiners), options});
   std::vector<Searcher> searchers(static_cast<size_t>(std::max(1, options.threads)));
   const TagDetectorOptions& look = config.front_end.detector;
   for (Searcher& searcher : searchers) {
     if (SearchesImages(options) && IsSwept(config, options.detection)) {
-      auto sweep = TagSweep::Create(config.set_up, look, shared->refiner);
+      auto sweep = TagSweep::Create(config.set_up, look, shared->refiners.front());
       if (!sweep) return sweep.error();
       searcher.sweep.emplace(std::move(*sweep));
     } else {
@@ -80,17 +109,23 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
 
 MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
                                      std::vector<Searcher> searchers)
-    : source_(source),
-      shared_(std::move(shared)),
-      searchers_(std::move(searchers)),
-      front_end_(shared_->config.set_up, shared_->config.front_end) {}
+    : source_(source), shared_(std::move(shared)), searchers_(std::move(searchers)) {
+  for (const RigCamera& mounted : shared_->config.set_up.rig.cameras) {
+    front_ends_.emplace_back(SetUp{{{mounted}}, shared_->config.set_up.map},
+                             shared_->config.front_end);
+  }
+}
 
 SearchedFrame MeasurementStream::DetectOne(Frame frame, const Shared& shared,
                                            const Searcher& searcher) {
   const Config& config = shared.config;
   const TagDetectorOptions& look = config.front_end.detector;
-  const Camera& camera = config.set_up.rig.front().camera;
+  const auto index = static_cast<size_t>(frame.camera);
+  const Camera& camera = config.set_up.rig.cameras.at(index).camera;
   SearchedFrame out;
+  for (Frame& other : frame.others) {
+    out.others.push_back(DetectOne(std::move(other), shared, searcher));
+  }
   if (shared.options.measured != nullptr) {
     const auto tags = shared.options.measured->find(frame.t_ns);
     if (tags != shared.options.measured->end()) {
@@ -101,9 +136,10 @@ SearchedFrame MeasurementStream::DetectOne(Frame frame, const Shared& shared,
     out.tags = FilterTags(frame.detections, config.set_up.map, camera, look.border_px);
     out.doubled_ids = DoubledIdsOf(frame, config.set_up.map);
   } else {
-    out.tags = FindTags(frame.image, *searcher.detector, shared.refiner, config.set_up.map, camera,
-                        look, &out.doubled_ids);
+    out.tags = FindTags(frame.image, *searcher.detector, shared.refiners[index], config.set_up.map,
+                        camera, look, &out.doubled_ids);
   }
+  for (TagDetection& tag : out.tags) tag.camera = frame.camera;
   out.frame = std::move(frame);
   return out;
 }
@@ -137,7 +173,7 @@ std::vector<Frame> MeasurementStream::ReadPiece() {
   while (!at_end_ && out.size() < most) {
     at_end_ = true;
     if (n_read_ == options.max_frames) break;
-    auto frame = NextFrame(source_, shared_->config.set_up.rig.front().camera);
+    auto frame = NextFrame(source_, shared_->config.set_up.rig);
     if (!frame) end_ = frame.error();
     if (!frame || !*frame) break;
     if (!first_ns_) first_ns_ = (*frame)->t_ns;
@@ -180,15 +216,11 @@ Result<std::optional<SearchedFrame>> MeasurementStream::NextDetected() {
   return out;
 }
 
-Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
-  auto next = NextDetected();
-  if (!next) return next.error();
-  if (!*next) return std::optional<MeasuredFrame>();
-  SearchedFrame& detected = **next;
-  const Frame& frame = detected.frame;
+MeasuredFrame MeasurementStream::Measure(SearchedFrame searched) {
+  const Frame& frame = searched.frame;
   MeasuredFrame out;
-  out.detect_ms = detected.detect_ms;
-  out.image = frame.image;
+  out.detect_ms = searched.detect_ms;
+  if (frame.camera == 0) out.image = frame.image;
   if (!frame.image_problem.empty()) out.image_problem = frame.name + ": " + frame.image_problem;
   OnlineOptions options;
   if (deadline_ != nullptr) options.detection_time_up = deadline_->ForDetection();
@@ -198,8 +230,19 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
     watch = Stopwatch();
   };
   out.measurements = MeasureFrame(
-      {frame.t_ns, std::move(detected.tags), false, frame.image, std::move(detected.doubled_ids)},
-      options, &front_end_);
+      {frame.t_ns, std::move(searched.tags), false, frame.image, std::move(searched.doubled_ids)},
+      options, &front_ends_[static_cast<size_t>(frame.camera)]);
+  return out;
+}
+
+Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
+  auto next = NextDetected();
+  if (!next) return next.error();
+  if (!*next) return std::optional<MeasuredFrame>();
+  std::vector<SearchedFrame> others = std::move((*next)->others);
+  MeasuredFrame out = Measure(std::move(**next));
+  for (SearchedFrame& other : others) Merge(Measure(std::move(other)), &out);
+  if (front_ends_.size() > 1) out.measurements.tracks.clear();  // ids are of each camera
   return std::optional<MeasuredFrame>(std::move(out));
 }
 

@@ -35,14 +35,15 @@ struct SearchedFrame {
   std::vector<TagDetection> tags;
   double detect_ms = 0;
   std::vector<int> doubled_ids = {};
+  std::vector<SearchedFrame> others = {};  // of a rig's other cameras at the same time
 };
 
 /// The times of that frame's stages, and so far of the frame.
 void AddStageTimes(const MeasuredFrame& frame, StageTimes* times);
 
 /// The source's next frame, nullopt at the end. An error, which names it: an image that is not of
-/// the camera's size.
-Result<std::optional<Frame>> NextFrame(DataSource* source, const Camera& camera);
+/// its camera's size.
+Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig);
 
 /// How a recording is measured.
 struct StreamOptions {
@@ -63,7 +64,9 @@ size_t FramesPerPiece(const Config& config, DetectionMode detection);
 
 /// Runs the frontend over a recording. With more than one thread the tags of the next frames, or
 /// pieces of them, are detected ahead while this frame's tracks are followed. What `measured`
-/// points to must outlive the stream.
+/// points to must outlive the stream. Of a rig each image is searched by itself, the tags of all
+/// cameras at one time are one frame's, the closed form is that of the first camera that has any,
+/// and there are no tracks.
 class MeasurementStream {
  public:
   static Result<MeasurementStream> Create(DataSource* source, const Config& config,
@@ -83,7 +86,7 @@ class MeasurementStream {
   // What tasks read: it stays where it is, and does not change.
   struct Shared {
     Config config;
-    CornerRefiner refiner;
+    std::vector<CornerRefiner> refiners;  // of each camera
     StreamOptions options;
   };
   // What a task has for itself.
@@ -96,6 +99,7 @@ class MeasurementStream {
                     std::vector<Searcher> searchers);
   std::vector<Frame> ReadPiece();
   void FillQueue();
+  MeasuredFrame Measure(SearchedFrame searched);
   static Piece Detect(std::vector<Frame> frames, const Shared& shared, Searcher* searcher);
   static SearchedFrame DetectOne(Frame frame, const Shared& shared, const Searcher& searcher);
 
@@ -108,7 +112,7 @@ class MeasurementStream {
   bool at_end_ = false;
   Status end_ = Ok();                  // an error that ended the recording, after the frames before
   FrameDeadline* deadline_ = nullptr;  // none
-  FrontEnd front_end_;
+  std::vector<FrontEnd> front_ends_;   // of each camera
   std::deque<SearchedFrame> ready_;
   std::deque<std::future<Piece>> queue_;  // last member: tasks end before what they read
 };

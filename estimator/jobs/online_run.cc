@@ -10,6 +10,7 @@
 #include "estimator/live/frame_deadline.h"
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/online_estimator.h"
+#include "estimator/rig/rig_tags.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -59,9 +60,9 @@ struct OnlineRun::Impl {
 OnlineOptions OnlineRun::Impl::MakeOnlineOptions() {
   OnlineOptions online;
   // Detections at hand need no search: what is in the stream is measured.
-  online.detection = options.use_detections && options.detection == DetectionMode::kAuto
-                         ? DetectionMode::kFull
-                         : options.detection;
+  const bool in_stream = options.use_detections || config.set_up.rig.IsOfSeveral();
+  online.detection = in_stream && options.detection == DetectionMode::kAuto ? DetectionMode::kFull
+                                                                            : options.detection;
   if (deadline) {
     online.detection_time_up = deadline->ForDetection();
     online.solve_time_up = deadline->ForSolve();
@@ -98,7 +99,7 @@ void OnlineRun::Impl::TakeTime(FrameStage stage) {
 }
 
 Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
-  const auto taken = NextFrame(source, config.set_up.rig.front().camera);
+  const auto taken = NextFrame(source, config.set_up.rig);
   if (!taken) return taken.error();
   if (!*taken || !walk.Takes((*taken)->t_ns)) return std::optional<WindowOutput>();
   if (deadline) deadline->Start();
@@ -135,7 +136,7 @@ void OnlineRun::Impl::Keep(WindowOutput output) {
     if (options.frames_dropped) frame.frames_dropped = options.frames_dropped();
     out.facts.live->frames_dropped = frame.frames_dropped;
   }
-  frame.tags = estimator->measurements().tags;
+  frame.tags = TagsOfCamera(estimator->measurements().tags, 0);  // whose image is shown
   frame.used_tags = std::move(output.used_tags);
   frame.reprojection_px = output.reprojection_px;
   for (FrameEstimate& left : output.lagged) estimate.lagged.push_back(std::move(left));
@@ -185,6 +186,7 @@ Result<RunResult> OnlineRun::Finish() {
   const SlidingWindow& window = impl_->estimator->window();
   estimate.noise = window.noise();
   estimate.reprojection = window.Reprojection();
+  estimate.cameras = window.Cameras();
   estimate.warnings = std::move(*warnings);
   for (std::string& warning : window.Warnings()) estimate.warnings.push_back(std::move(warning));
   return std::move(impl_->out);

@@ -6,9 +6,9 @@
 #include <deque>
 
 #include "estimator/graph/pose_bound.h"
+#include "estimator/rig/rig_pose.h"
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/base/statistics/robust.h"
-#include "frontend/geometry/frame_pose.h"
 #include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist::internal {
@@ -73,6 +73,12 @@ double Misfit(const Normals& tags, size_t n_tags) {
   return misfit > MostChi2(freedom) / freedom ? misfit : 1;
 }
 
+// A tag that several cameras see agrees with nothing but itself.
+bool HasTwoIds(const std::vector<TagDetection>& tags) {
+  return std::any_of(tags.begin(), tags.end(),
+                     [&](const TagDetection& tag) { return tag.id != tags.front().id; });
+}
+
 bool MostAgree(const Normals& tags, size_t n_tags, double misfit) {
   if (n_tags == 2) return tags.n_fitting == 2 && misfit == 1;
   return tags.n_fitting > 2 && 2 * tags.n_fitting > n_tags;
@@ -96,9 +102,10 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
   if (tags.empty()) return std::nullopt;
   std::deque<TagReprojectionResidual> residuals;
   for (const TagDetection& tag : tags) {
+    const MountedCamera seen_by = setup.CameraOf(tag.camera);
     residuals.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
                                           CornerCovariance(setup, tag, corner_sigma_px)},
-                           setup.camera, setup.cam_from_body);
+                           seen_by.camera, seen_by.cam_from_body);
   }
   PoseMeasurement out;
   out.world_from_body = start;
@@ -116,9 +123,9 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
   const double misfit = Misfit(*normals, tags.size());
   out.attitude_covariance = misfit * covariance->topLeftCorner<3, 3>();
   out.position_covariance = misfit * covariance->bottomRightCorner<3, 3>();
-  const auto mirrored = MirroredPose(tags, setup.map, setup.cam_from_body, out.world_from_body);
+  const auto mirrored = MirroredPoseOf(setup, tags, out.world_from_body);
   out.is_consensus =
-      setup.line_time_s == 0 && MostAgree(*normals, tags.size(), misfit) &&
+      !setup.HasRollingShutter() && HasTwoIds(tags) && MostAgree(*normals, tags.size(), misfit) &&
       !(mirrored && IsMirrorOpen(residuals, HuberDelta(setup.options.robust_scale, 8),
                                  normals->squares, out.world_from_body, *mirrored));
   if (!(out.attitude_covariance.trace() < kMostAttitudeSigma * kMostAttitudeSigma)) {

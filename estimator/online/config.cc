@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
-#include "frontend/io/setup/camera_file.h"
-#include "frontend/io/setup/camera_section.h"
+#include "estimator/online/camera_sections.h"
 #include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
 
@@ -21,50 +19,6 @@ Pose CourseCamFromBody() {
   Eigen::Matrix3d rotation;
   rotation << c, -c, 0, -c, -c, 0, 0, 0, -1;
   return MakePose(Eigen::Quaterniond(rotation), {-0.04, 0, -0.03});
-}
-
-// A file named in another one, relative to that one's folder.
-std::string BesideFile(const std::string& file, const std::string& name) {
-  return (std::filesystem::path(file).parent_path() / name).string();
-}
-
-// Sets the camera and, unless the configuration has one, the mount.
-Status TakeCamera(const std::string& path, const std::string& name, bool has_mount,
-                  Config* config) {
-  const Result<CameraFile> file = ReadCameraFile(path, name, config->limits);
-  if (!file) return file.error();
-  RigCamera& camera = config->set_up.rig.front();
-  camera.camera = file->camera;
-  camera.line_time_s = file->line_time_s;
-  SetUpOrigins& origins = config->origins;
-  origins.camera = path + (name.empty() ? "" : ", " + name);
-  origins.notes = file->notes;
-  if (has_mount && file->cam_from_body) {
-    origins.notes.push_back(path + ": its mount, " + file->mount_key +
-                            ", is not used: the configuration has cam_from_body");
-  }
-  if (has_mount) return Ok();
-  camera.cam_from_body = file->cam_from_body.value_or(Pose());
-  origins.mount =
-      file->cam_from_body ? file->mount_key + " of " + path : "none given: the camera is the body";
-  return Ok();
-}
-
-Status ReadCamera(const YamlValue& node, bool has_mount, Config* config) {
-  YamlSection section(node);
-  std::string file, name;
-  section("file", file);
-  if (file.empty()) {
-    RigCamera& camera = config->set_up.rig.front();
-    camera.camera = Camera();
-    ReadCameraKeys(&section, &camera.camera);
-    ReadLineTime(&section, &camera.line_time_s);
-    config->origins.camera = node.file;
-    return section.Finish();
-  }
-  section("name", name);
-  if (Status status = section.Finish(); !status) return status;
-  return TakeCamera(BesideFile(node.file, file), name, has_mount, config);
 }
 
 Result<TagMap> ReadMapSection(const YamlValue& node, const Limits& limits) {
@@ -83,13 +37,55 @@ Result<TagMap> ReadMapSection(const YamlValue& node, const Limits& limits) {
   return ReadTagMapFile(file, limits);
 }
 
-Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
-  YamlSection section(node);
-  const auto rotation = ReadRotation(&section);
-  const auto translation = ReadVector3(section.Require("translation_m"), &section);
-  if (!rotation) section.Keep(node.Refuse("rotation or quaternion_xyzw, got neither"));
-  if (rotation && translation) *cam_from_body = MakePose(*rotation, *translation);
-  return section.Finish();
+// What a camera's section or file says, into the origins of the set-up.
+void TellOrigin(const CameraOrigin& origin, SetUpOrigins* out) {
+  out->camera = origin.camera;
+  if (!origin.mount.empty()) out->mount = origin.mount;
+  out->notes = origin.notes;
+}
+
+Status TakeCameras(const YamlValue& node, YamlSection* sections, const ConfigFiles& files,
+                   Config* config) {
+  for (const char* of_one : {"camera", "cam_from_body"}) {
+    if (const YamlValue* other = sections->Find(of_one)) {
+      return other->Refuse("no such section beside cameras, which has one for each");
+    }
+  }
+  if (!files.camera_file.empty()) {
+    return Error{files.camera_file + ": --camera_file is of one camera, and " + node.file +
+                 " has cameras of its own"};
+  }
+  auto entries = ReadCameras(node, config->limits);
+  if (!entries) return entries.error();
+  config->set_up.rig.cameras.clear();
+  SetUpOrigins& origins = config->origins;
+  origins.camera = origins.mount = node.file;
+  for (CameraEntry& entry : *entries) {
+    config->recordings.push_back({std::move(entry.recording), std::move(entry.topic)});
+    config->set_up.rig.cameras.push_back(std::move(entry.camera));
+    origins.notes.insert(origins.notes.end(), entry.origin.notes.begin(), entry.origin.notes.end());
+  }
+  return Ok();
+}
+
+// The camera of a run that has one, of the configuration or of a file.
+void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* config) {
+  const YamlValue* camera = sections->Find("camera");
+  const YamlValue* mount = sections->Find("cam_from_body");
+  RigCamera* mounted = &config->set_up.rig.front();
+  CameraOrigin origin;
+  if (camera != nullptr && files.camera_file.empty()) {
+    sections->Keep(ReadCamera(*camera, mount != nullptr, config->limits, mounted, &origin));
+    TellOrigin(origin, &config->origins);
+  }
+  if (!files.camera_file.empty()) {
+    sections->Keep(TakeCamera(files.camera_file, files.camera_name, mount != nullptr,
+                              config->limits, mounted, &origin));
+    TellOrigin(origin, &config->origins);
+  }
+  if (mount == nullptr) return;
+  sections->Keep(ReadExtrinsic(*mount, &mounted->cam_from_body));
+  config->origins.mount = mount->file;
 }
 
 Status ReadIds(const YamlValue& node, std::vector<int>* ids) {
@@ -156,17 +152,10 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   Config config = DefaultConfig();
   config.limits = files.limits;
   YamlSection sections(*root);
-  const YamlValue* camera = sections.Find("camera");
-  const YamlValue* mount = sections.Find("cam_from_body");
-  if (camera != nullptr && files.camera_file.empty()) {
-    sections.Keep(ReadCamera(*camera, mount != nullptr, &config));
-  }
-  if (!files.camera_file.empty()) {
-    sections.Keep(TakeCamera(files.camera_file, files.camera_name, mount != nullptr, &config));
-  }
-  if (mount != nullptr) {
-    sections.Keep(ReadExtrinsic(*mount, &config.set_up.rig.front().cam_from_body));
-    config.origins.mount = mount->file;
+  if (const YamlValue* cameras = sections.Find("cameras")) {
+    sections.Keep(TakeCameras(*cameras, &sections, files, &config));
+  } else {
+    TakeOnlyCamera(files, &sections, &config);
   }
   const YamlValue* map_node = sections.Find("tag_map");
   if (map_node != nullptr || !files.map.path.empty()) {

@@ -19,6 +19,12 @@ struct SetUpOrigins {
   std::vector<std::string> notes;  // what the files say and is not used: a line each
 };
 
+/// Where the recording of one of a rig's cameras is.
+struct CameraRecording {
+  std::string path;   // from the data set's folder
+  std::string topic;  // of its images in a bag; empty: the only one that has any
+};
+
 /// All that a run is configured with.
 struct Config {
   SetUp set_up;                        // its map is without the movable tags
@@ -28,6 +34,8 @@ struct Config {
   CalibrationOptions calibration;
   SetUpOrigins origins;
   Limits limits = {};  // of the recording's files
+  /// Of the section `cameras`, one a camera; empty: the data set is the one camera's recording.
+  std::vector<CameraRecording> recordings = {};
 };
 
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.

@@ -46,27 +46,53 @@ std::string SectionText(const char* section, const Options& options) {
 
 }  // namespace
 
-std::string CameraSectionText(const Config& config) {
-  const RigCamera& mounted = config.set_up.rig.front();
+namespace {
+
+// The keys of a camera and of its mount, each line behind an indent.
+std::string CameraKeysText(const RigCamera& mounted, const std::string& indent) {
   const Camera& camera = mounted.camera;
-  std::string out = "\ncamera:\n  width: " + std::to_string(camera.width) +
-                    "\n  height: " + std::to_string(camera.height) + "\n";
+  std::string out = indent + "width: " + std::to_string(camera.width) + "\n" + indent +
+                    "height: " + std::to_string(camera.height) + "\n";
   for (const auto& [name, value] : {std::pair("fx", camera.fx), std::pair("fy", camera.fy),
                                     std::pair("cx", camera.cx), std::pair("cy", camera.cy)}) {
-    out += std::string("  ") + name + ": " + FormatNumber(value) + "\n";
+    out += indent + name + ": " + FormatNumber(value) + "\n";
   }
   if (camera.IsDistorted()) {
-    out += std::string("  distortion_model: ") + LensName(camera.lens) +
-           "\n  distortion: " + FormatNumberList(DistortionCoefficients(camera)) + "\n";
+    out += indent + "distortion_model: " + LensName(camera.lens) + "\n" + indent +
+           "distortion: " + FormatNumberList(DistortionCoefficients(camera)) + "\n";
   }
   if (mounted.line_time_s == 0) return out;
-  return out + "  line_time_s: " + FormatNumber(mounted.line_time_s) + "\n";
+  return out + indent + "line_time_s: " + FormatNumber(mounted.line_time_s) + "\n";
+}
+
+std::string MountKeysText(const RigCamera& mounted, const std::string& indent) {
+  const Pose& pose = mounted.cam_from_body;
+  return indent + "quaternion_xyzw: " + FormatNumberList(pose.params.head<4>()) + "\n" + indent +
+         "translation_m: " + FormatNumberList(pose.translation()) + "\n";
+}
+
+}  // namespace
+
+std::string CameraSectionText(const Config& config) {
+  return "\ncamera:\n" + CameraKeysText(config.set_up.rig.front(), "  ");
 }
 
 std::string MountSectionText(const Config& config) {
-  const Pose& pose = config.set_up.rig.front().cam_from_body;
-  return "\ncam_from_body:\n  quaternion_xyzw: " + FormatNumberList(pose.params.head<4>()) +
-         "\n  translation_m: " + FormatNumberList(pose.translation()) + "\n";
+  return "\ncam_from_body:\n" + MountKeysText(config.set_up.rig.front(), "  ");
+}
+
+std::string CamerasSectionText(const Config& config) {
+  std::string out = "\ncameras:\n";
+  for (size_t i = 0; i < config.recordings.size(); ++i) {
+    const RigCamera& mounted = config.set_up.rig.cameras.at(i);
+    const CameraRecording& recording = config.recordings[i];
+    out += "  - name: \"" + mounted.name + "\"\n    recording: \"" + recording.path + "\"\n";
+    if (!recording.topic.empty()) out += "    topic: \"" + recording.topic + "\"\n";
+    out += "    clock_offset_s: " + FormatNumber(mounted.clock_offset_s) + "\n    camera:\n" +
+           CameraKeysText(mounted, "      ") + "    cam_from_body:\n" +
+           MountKeysText(mounted, "      ");
+  }
+  return out;
 }
 
 std::string MapSectionText(const Config& config) { return "\n" + FormatTagMap(config.set_up.map); }

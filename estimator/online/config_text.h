@@ -13,6 +13,8 @@ std::string OptionsText(const Config& config);
 /// as LoadConfig reads it, with an empty line before it.
 std::string CameraSectionText(const Config& config);
 std::string MountSectionText(const Config& config);
+/// The section cameras of a rig, in the others' place.
+std::string CamerasSectionText(const Config& config);
 std::string MapSectionText(const Config& config);
 std::string DetectorSectionText(const Config& config);
 

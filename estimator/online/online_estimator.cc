@@ -8,6 +8,7 @@
 #include "estimator/online/guidance.h"
 #include "estimator/online/image_size.h"
 #include "estimator/online/measure_frame.h"
+#include "estimator/rig/rig_tags.h"
 #include "frontend/front_end.h"
 #include "frontend/tags/filter_tags.h"
 #include "frontend/tags/tag_finder.h"
@@ -20,6 +21,7 @@ namespace {
 
 bool IsGuided(const Config& config, DetectionMode mode) {
   if (mode != DetectionMode::kAuto) return mode == DetectionMode::kGuided;
+  if (config.set_up.rig.IsOfSeveral()) return false;
   return config.front_end.detector.refine_pattern;
 }
 
@@ -51,6 +53,11 @@ struct OnlineEstimator::Impl {
 
 Result<OnlineEstimator> OnlineEstimator::Create(const Config& config,
                                                 const OnlineOptions& options) {
+  if (config.set_up.rig.IsOfSeveral() && IsGuided(config, options.detection)) {
+    return Error{
+        "guided detection follows one camera, and the configuration has several: "
+        "expected full detection"};
+  }
   if (!IsGuided(config, options.detection)) {
     auto finder = TagFinder::Create(config.set_up, config.front_end.detector);
     if (!finder) return finder.error();
@@ -76,6 +83,9 @@ Status OnlineEstimator::Impl::Check(int64_t t_ns, const cv::Mat& gray) const {
   if (has_frame && t_ns <= last.t_ns) {
     return Error{"stamps must grow: " + std::to_string(t_ns) + " ns follows " +
                  std::to_string(last.t_ns) + " ns"};
+  }
+  if (!gray.empty() && config.set_up.rig.IsOfSeveral()) {
+    return Error{"of several cameras corners are taken, not images"};
   }
   const auto problem = ImageSizeProblem(gray, config.set_up.rig.front().camera);
   return problem ? Status(Error{*problem}) : Ok();
@@ -121,9 +131,14 @@ Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<Ta
   DetectedFrame detected;
   detected.t_ns = t_ns;
   detected.image = gray;
-  detected.tags = FilterTags(tags, config.set_up.map, config.set_up.rig.front().camera,
-                             config.front_end.detector.border_px);
-  detected.doubled_ids = DoubledIds(tags, config.set_up.map);
+  for (size_t i = 0; i < config.set_up.rig.cameras.size(); ++i) {
+    const auto own = TagsOfCamera(tags, static_cast<int>(i));
+    const auto kept = FilterTags(own, config.set_up.map, config.set_up.rig.cameras[i].camera,
+                                 config.front_end.detector.border_px);
+    const auto doubled = DoubledIds(own, config.set_up.map);
+    detected.tags.insert(detected.tags.end(), kept.begin(), kept.end());
+    detected.doubled_ids.insert(detected.doubled_ids.end(), doubled.begin(), doubled.end());
+  }
   impl_->Tell(FrameStage::kDetect);
   return impl_->Solve(MeasureFrame(std::move(detected), impl_->options, &impl_->front_end));
 }

@@ -6,6 +6,7 @@
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/trajectory.h"
+#include "estimator/result/camera_share.h"
 #include "estimator/result/reprojection_errors.h"
 #include "estimator/result/systematic_share.h"
 #include "frontend/types/body_state.h"
@@ -47,6 +48,7 @@ struct Estimate {
   SystematicShare systematic;              // batch: in the covariances, beside the noise
   std::vector<double> reprojection_px;     // every corner's distance from its prediction [px]
   ReprojectionErrorsByPlace reprojection;  // window mode: at the window's lag
+  std::vector<CameraShare> cameras;        // likewise, of a rig's, in order; of one camera none
   std::vector<std::string> warnings;       // one line each, for the person who runs it
 };
 

@@ -23,8 +23,8 @@ std::optional<Quad> SeenQuad(const EstimatorSetup& setup, const Pose& world_from
                              const Tag& tag, const TagDetection& detection) {
   Quad quad;
   for (size_t c = 0; c < 4; ++c) {
-    const auto point =
-        PointOnPlane(setup, world_from_body, tag.world_from_tag, detection.corners[c]);
+    const auto point = PointOnPlane(setup, world_from_body, tag.world_from_tag,
+                                    detection.corners[c], detection.camera);
     if (!point) return std::nullopt;
     quad[c] = *point;
   }
@@ -134,8 +134,10 @@ void TagAudit::Add(const EstimatorSetup& setup, const GraphFrame& frame,
     if (setup.map.Find(tag.id) == nullptr) continue;
     History& history = tags_[tag.id];
     ++history.seen;
-    const bool used = std::any_of(frame.tags.begin(), frame.tags.end(),
-                                  [&](const TagDetection& other) { return other.id == tag.id; });
+    const bool used =
+        std::any_of(frame.tags.begin(), frame.tags.end(), [&](const TagDetection& other) {
+          return other.id == tag.id && other.camera == tag.camera;
+        });
     if (used) continue;
     left_out.push_back(tag.id);
     if (const auto judged = JudgeTag(setup, frame.state.world_from_body, tag)) {

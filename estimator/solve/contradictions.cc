@@ -12,14 +12,18 @@
 namespace tagtwist::internal {
 namespace {
 
-bool Holds(const std::vector<TagDetection>& tags, int id) {
+// A tag as one camera sees it: camera and id.
+using View = std::pair<int, int>;
+View ViewOf(const TagDetection& tag) { return {tag.camera, tag.id}; }
+
+bool Holds(const std::vector<TagDetection>& tags, const View& view) {
   return std::any_of(tags.begin(), tags.end(),
-                     [id](const TagDetection& tag) { return tag.id == id; });
+                     [&](const TagDetection& tag) { return ViewOf(tag) == view; });
 }
 
-std::set<int> IdsOf(const std::vector<TagDetection>& tags) {
-  std::set<int> out;
-  for (const TagDetection& tag : tags) out.insert(tag.id);
+std::set<View> ViewsOf(const std::vector<TagDetection>& tags) {
+  std::set<View> out;
+  for (const TagDetection& tag : tags) out.insert(ViewOf(tag));
   return out;
 }
 
@@ -91,11 +95,12 @@ bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const Body
   double variance = noise.corner_sigma_px * noise.corner_sigma_px;
   if (tag.covariance) variance += tag.covariance->diagonal().maxCoeff();
   const double limit_px = kSigmas * std::sqrt(variance);
-  const Pose cam_from_world = setup.cam_from_body * Inverse(state.world_from_body);
+  const MountedCamera seen_by = setup.CameraOf(tag.camera);
+  const Pose cam_from_world = seen_by.cam_from_body * Inverse(state.world_from_body);
   for (size_t c = 0; c < 4; ++c) {
     Eigen::Vector2d pixel;
     const Eigen::Vector3d corner = cam_from_world * setup.map.CornersInWorld(tag.id)[c];
-    if (!setup.camera.Project(corner, &pixel)) return false;
+    if (!seen_by.camera.Project(corner, &pixel)) return false;
     if (!((pixel - tag.corners[c]).norm() < limit_px)) return false;
   }
   return true;
@@ -104,8 +109,8 @@ bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const Body
 bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Graph& graph,
                 const std::vector<const std::vector<TagDetection>*>& seen, bool readmit,
                 std::vector<GraphFrame>* frames) {
-  std::vector<std::set<int>> before;
-  for (const GraphFrame& frame : *frames) before.push_back(IdsOf(frame.tags));
+  std::vector<std::set<View>> before;
+  for (const GraphFrame& frame : *frames) before.push_back(ViewsOf(frame.tags));
   const std::vector<TagRef> contradicted = ContradictedTags(graph);
   DropTags(contradicted, frames);
   bool changed = !contradicted.empty();
@@ -114,9 +119,9 @@ bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Grap
     GraphFrame& frame = (*frames)[i];
     std::vector<TagDetection> kept;
     for (const TagDetection& tag : *seen[i]) {
-      const bool again =
-          readmit && before[i].count(tag.id) == 0 && AgreesWith(setup, noise, frame.state, tag);
-      if (unreliable.count(tag.id) == 0 && (again || Holds(frame.tags, tag.id))) {
+      const bool again = readmit && before[i].count(ViewOf(tag)) == 0 &&
+                         AgreesWith(setup, noise, frame.state, tag);
+      if (unreliable.count(tag.id) == 0 && (again || Holds(frame.tags, ViewOf(tag)))) {
         kept.push_back(tag);
         changed = changed || again;
       }

@@ -7,9 +7,9 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
+#include "estimator/rig/rig_pose.h"
 #include "estimator/start/recording_start.h"
 #include "frontend/base/statistics/quantile.h"
-#include "frontend/geometry/frame_pose.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -91,8 +91,7 @@ FrameStarts StartFrame(const EstimatorSetup& setup, const NoiseModel& noise,
     }
     frame.tags.clear();
   }
-  const FramePose found =
-      FindFramePose(measurement.tags, setup.map, setup.camera, setup.cam_from_body);
+  const FramePose found = FindPoseOfTags(setup, measurement.tags);
   const auto pose = ChoosePose(found, last == nullptr ? nullptr : &frame.state.world_from_body);
   if (!pose) {
     if (last != nullptr) out.starts = {frame};

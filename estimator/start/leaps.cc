@@ -5,7 +5,7 @@
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
-#include "frontend/geometry/frame_pose.h"
+#include "estimator/rig/rig_pose.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -56,8 +56,7 @@ std::vector<bool> Leaps(const EstimatorSetup& setup, const std::vector<GraphFram
     if (here.tags.size() > 1) continue;
     const auto slack = SlackOf(setup, here);
     if (!slack || CanGo(before, here, *slack) || CanGo(here, after, *slack)) continue;
-    const auto mirrored =
-        MirroredPose(here.tags, setup.map, setup.cam_from_body, here.state.world_from_body);
+    const auto mirrored = MirroredPoseOf(setup, here.tags, here.state.world_from_body);
     GraphFrame other = here;
     if (mirrored) other.state.world_from_body = *mirrored;
     if (CanGo(before, other, *slack) || CanGo(other, after, *slack)) continue;

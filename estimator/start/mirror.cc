@@ -1,7 +1,7 @@
 #include "estimator/start/mirror.h"
 
 #include "estimator/graph/noise_model.h"
-#include "frontend/geometry/frame_pose.h"
+#include "estimator/rig/rig_pose.h"
 #include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist::internal {
@@ -11,9 +11,10 @@ std::optional<double> CostAt(const EstimatorSetup& setup, const NoiseModel& nois
                              const GraphFrame& frame, const Pose& world_from_body) {
   double sum = 0;
   for (const TagDetection& tag : frame.tags) {
+    const MountedCamera seen_by = setup.CameraOf(tag.camera);
     const TagReprojectionResidual residual({setup.map.CornersInWorld(tag.id), tag.corners,
                                             CornerCovariance(setup, tag, noise.corner_sigma_px)},
-                                           setup.camera, setup.cam_from_body);
+                                           seen_by.camera, seen_by.cam_from_body);
     const double* const parameters[] = {world_from_body.params.data()};
     Eigen::Matrix<double, 8, 1> r;
     if (!residual.Evaluate(parameters, r.data(), nullptr)) return std::nullopt;
@@ -27,7 +28,7 @@ std::optional<double> CostAt(const EstimatorSetup& setup, const NoiseModel& nois
 std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& noise,
                                const GraphFrame& frame) {
   const Pose& pose = frame.state.world_from_body;
-  const auto mirrored = MirroredPose(frame.tags, setup.map, setup.cam_from_body, pose);
+  const auto mirrored = MirroredPoseOf(setup, frame.tags, pose);
   if (!mirrored) return std::nullopt;
   const auto cost = CostAt(setup, noise, frame, pose);
   const auto of_mirrored = CostAt(setup, noise, frame, *mirrored);

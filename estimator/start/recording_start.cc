@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/rig/rig_pose.h"
 #include "estimator/start/leaps.h"
 #include "estimator/start/pose_path.h"
 
@@ -21,7 +22,7 @@ std::vector<size_t> StartPoses(const EstimatorSetup& setup,
   setup.for_ranges(choices.size(), [&](size_t first, size_t last) {
     for (size_t i = first; i < last; ++i) {
       const FrameMeasurements& m = measurements[i];
-      const FramePose found = FindFramePose(m.tags, setup.map, setup.camera, setup.cam_from_body);
+      const FramePose found = FindPoseOfTags(setup, m.tags);
       choices[i] = {m.t_ns, AgreeingTags(m.tags, found), {}};
       if (found.status != FramePoseStatus::kOk) continue;
       choices[i].poses = found.alternatives;

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "estimator/rig/rig_tags.h"
 #include "estimator/start/corner_order.h"
 #include "frontend/geometry/frame_pose.h"
 #include "frontend/geometry/quad_shape.h"
@@ -98,6 +99,31 @@ Status SetUpCheck::JudgeFrames(int least_tags) const {
                                    [](const CornerOrder& order) { return order.IsRight(); });
   if (orders.empty() || as_told) return Ok();
   return Error{CornerOrderText(orders.front())};
+}
+
+RigCheck::RigCheck(const EstimatorSetup& setup) : names_(setup.camera_names) {
+  for (const Camera& camera : setup.Cameras()) checks_.emplace_back(setup.map, camera);
+}
+
+Status RigCheck::OfCamera(size_t camera, Status status) const {
+  if (status || checks_.size() == 1) return status;
+  return Error{"camera " + names_[camera] + ": " + status.error().message};
+}
+
+Status RigCheck::Add(const std::vector<TagDetection>& tags) {
+  if (checks_.size() == 1) return checks_.front().Add(tags);
+  for (size_t i = 0; i < checks_.size(); ++i) {
+    const auto own = TagsOfCamera(tags, static_cast<int>(i));
+    if (const auto fine = checks_[i].Add(own); !fine) return OfCamera(i, fine);
+  }
+  return Ok();
+}
+
+Status RigCheck::Finish() const {
+  for (size_t i = 0; i < checks_.size(); ++i) {
+    if (const auto fine = checks_[i].Finish(); !fine) return OfCamera(i, fine);
+  }
+  return Ok();
 }
 
 }  // namespace tagtwist::internal

@@ -1,7 +1,9 @@
 #pragma once
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "estimator/graph/graph_builder.h"
 #include "estimator/start/size_factor.h"
 #include "frontend/base/result.h"
 #include "frontend/types/camera.h"
@@ -39,6 +41,20 @@ class SetUpCheck {
   int agreeing_tags_ = 0;                                    // and the tags that agree as told
   int rounds_ = 0;  // of frames that were judged without an answer
   bool frames_are_judged_ = false;
+};
+
+/// SetUpCheck of each camera of a rig; errors name the camera where there are several.
+class RigCheck {
+ public:
+  explicit RigCheck(const EstimatorSetup& setup);
+  Status Add(const std::vector<TagDetection>& tags);
+  Status Finish() const;
+
+ private:
+  Status OfCamera(size_t camera, Status status) const;
+
+  std::vector<SetUpCheck> checks_;
+  std::vector<std::string> names_;
 };
 
 }  // namespace tagtwist::internal

@@ -30,7 +30,11 @@ double MeanSidePx(const TagDetection& tag) {
 
 }  // namespace
 
-TagGate::TagGate(TagMap map, Camera camera) : map_(std::move(map)), camera_(std::move(camera)) {}
+TagGate::TagGate(TagMap map, std::vector<Camera> cameras)
+    : map_(std::move(map)), cameras_(std::move(cameras)) {}
+
+TagGate::TagGate(TagMap map, Camera camera)
+    : TagGate(std::move(map), std::vector<Camera>{std::move(camera)}) {}
 
 void TagGate::Learn(double misfit_px) {
   ++learned_;
@@ -61,7 +65,7 @@ bool TagGate::Passes(const TagDetection& tag, const std::optional<double>& about
   double limit_px = std::max(kSigmas * std::sqrt(variance), kShapeOfSide * MeanSidePx(tag));
   if (in_map != nullptr) limit_px += std::abs(in_map->bend_m) / in_map->size_m * MeanSidePx(tag);
   if (about_px && *about_px < kSurelyNear * limit_px) return true;
-  const auto misfit_px = SquareMisfitPx(tag.corners, camera_);
+  const auto misfit_px = SquareMisfitPx(tag.corners, cameras_.at(static_cast<size_t>(tag.camera)));
   return misfit_px && *misfit_px < limit_px;
 }
 
@@ -72,7 +76,10 @@ std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags) 
     const QuadTurn turn = TurnOf(tag.corners);
     const bool may_be_one = turn != QuadTurn::kClockwise && turn != QuadTurn::kNone;
     std::optional<double> about_px;
-    if (may_be_one) about_px = ApproximateSquareMisfitPx(tag.corners, camera_);
+    if (may_be_one) {
+      about_px =
+          ApproximateSquareMisfitPx(tag.corners, cameras_.at(static_cast<size_t>(tag.camera)));
+    }
     const bool passes = may_be_one && Passes(tag, about_px, sigma_px);
     (passes ? kept : refused).push_back(std::move(tag));
     if (turn == QuadTurn::kAnticlockwise && about_px) Learn(*about_px);

@@ -14,6 +14,8 @@ namespace tagtwist::internal {
 /// how far right ones are off is learned from the latest.
 class TagGate {
  public:
+  /// Of a rig's cameras, in order.
+  TagGate(TagMap map, std::vector<Camera> cameras);
   TagGate(TagMap map, Camera camera);
 
   /// Takes out of a frame's tags, all of the map, those that can be none, and returns them.
@@ -26,7 +28,7 @@ class TagGate {
               double sigma_px) const;
 
   TagMap map_;
-  Camera camera_;
+  std::vector<Camera> cameras_;
   std::vector<double> misfits_px_;  // of the latest quads, a ring
   size_t next_ = 0;                 // place in it
   std::optional<double> sigma_px_;  // that they told,

@@ -10,16 +10,27 @@ namespace {
 using Jacobian = Eigen::Matrix<double, 2, 6>;  // of a pixel by a step of the pose
 
 // M5.
-bool ProjectFrom(const EstimatorSetup& setup, const Pose& world_from_body,
+bool ProjectFrom(const MountedCamera& seen_by, const Pose& world_from_body,
                  const Eigen::Vector3d& corner, Eigen::Vector2d* pixel, Jacobian* by_step) {
   const Eigen::Vector3d in_body = Inverse(world_from_body) * corner;
   Eigen::Matrix<double, 2, 3> by_point;
-  if (!setup.camera.Project(setup.cam_from_body * in_body, pixel, &by_point)) return false;
+  if (!seen_by.camera.Project(seen_by.cam_from_body * in_body, pixel, &by_point)) return false;
   const Eigen::Matrix<double, 2, 3> by_body =
-      by_point * setup.cam_from_body.rotation().toRotationMatrix();
+      by_point * seen_by.cam_from_body.rotation().toRotationMatrix();
   by_step->leftCols<3>() = by_body * Hat(in_body);
   by_step->rightCols<3>() = -by_body * world_from_body.rotation().toRotationMatrix().transpose();
   return true;
+}
+
+// From the first row to the last, of the slowest shutter.
+double LongestSweepS(const EstimatorSetup& setup) {
+  double out = 0;
+  for (int i = 0; i < setup.n_cameras(); ++i) {
+    const MountedCamera camera = setup.CameraOf(i);
+    const double sweep_s = camera.line_time_s * camera.camera.height;
+    if (std::abs(sweep_s) > std::abs(out)) out = sweep_s;
+  }
+  return out;
 }
 
 }  // namespace
@@ -27,7 +38,7 @@ bool ProjectFrom(const EstimatorSetup& setup, const Pose& world_from_body,
 std::optional<RowMotion> MotionOfRows(
     const EstimatorSetup& setup, int64_t t_ns,
     const std::function<std::optional<StateAndCovariance>(int64_t)>& trajectory) {
-  const double whole_s = setup.line_time_s * setup.camera.height;
+  const double whole_s = LongestSweepS(setup);
   const auto half_ns = static_cast<int64_t>(std::llround(0.5e9 * whole_s));
   const auto first = trajectory(t_ns), middle = trajectory(t_ns + half_ns),
              last = trajectory(t_ns + 2 * half_ns);
@@ -51,13 +62,14 @@ std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const RowMo
   for (TagDetection& tag : tags) {
     if (setup.map.Find(tag.id) == nullptr) continue;
     const auto& corners = setup.map.CornersInWorld(tag.id);
+    const MountedCamera seen_by = setup.CameraOf(tag.camera);
     Eigen::Matrix<double, 8, 6> by_twist = Eigen::Matrix<double, 8, 6>::Zero();
     for (size_t c = 0; c < 4; ++c) {
-      const double s = setup.line_time_s * tag.corners[c].y();
+      const double s = seen_by.line_time_s * tag.corners[c].y();
       Eigen::Vector2d then, later;
       Jacobian by_then, by_later;
-      if (!ProjectFrom(setup, motion.at_stamp, corners[c], &then, &by_then) ||
-          !ProjectFrom(setup, motion.After(s), corners[c], &later, &by_later)) {
+      if (!ProjectFrom(seen_by, motion.at_stamp, corners[c], &then, &by_then) ||
+          !ProjectFrom(seen_by, motion.After(s), corners[c], &later, &by_later)) {
         continue;
       }
       tag.corners[c] += then - later;
@@ -72,12 +84,16 @@ std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const RowMo
 }
 
 int64_t MeanDelayNs(const EstimatorSetup& setup, const std::vector<TagDetection>& tags) {
-  double sum = 0;
-  for (const TagDetection& tag : tags) {
-    for (const Eigen::Vector2d& corner : tag.corners) sum += corner.y();
-  }
   if (tags.empty()) return 0;
-  return std::llround(1e9 * setup.line_time_s * sum / (4 * static_cast<double>(tags.size())));
+  double first_sum = 0, sum_s = 0;  // rows of the first camera; delays of the others
+  for (const TagDetection& tag : tags) {
+    for (const Eigen::Vector2d& corner : tag.corners) {
+      if (tag.camera == 0) first_sum += corner.y();
+      if (tag.camera != 0) sum_s += setup.CameraOf(tag.camera).line_time_s * corner.y();
+    }
+  }
+  const double n = 4 * static_cast<double>(tags.size());
+  return std::llround(1e9 * setup.line_time_s * first_sum / n + 1e9 * sum_s / n);
 }
 
 }  // namespace tagtwist::internal

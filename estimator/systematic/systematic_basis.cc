@@ -12,7 +12,7 @@ namespace tagtwist::internal {
 namespace {
 
 // Where a search for the variances starts: a lens, a map and corners as they often are.
-constexpr double kFieldPx = 0.1, kTagM = 1e-3, kBiasPx = 0.2;
+constexpr double kFieldPx = 0.1, kTagM = 1e-3, kBiasPx = 0.2, kMountRad = 1e-3, kMountM = 1e-3;
 
 using Corners = Eigen::Matrix<double, 2, 4>;
 
@@ -41,59 +41,100 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames) {
 }
 
 SystematicBasis::SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags)
-    : setup_(setup), field_(setup.camera.width, setup.camera.height) {
+    : setup_(setup) {
+  for (const Camera& camera : setup.Cameras()) fields_.emplace_back(camera.width, camera.height);
   for (const int id : tags) tags_.emplace(id, static_cast<int>(tags_.size()));
 }
 
+int SystematicBasis::field_size() const {
+  int out = 0;
+  for (const ImageField& field : fields_) out += 2 * field.knots();
+  return out;
+}
+
+int SystematicBasis::field_modes() const {
+  int out = 0;
+  for (const ImageField& field : fields_) out += 2 * static_cast<int>(field.modes().cols());
+  return out;
+}
+
+int SystematicBasis::tag_size() const { return kTagParameters * static_cast<int>(tags_.size()); }
+
+int SystematicBasis::mount_size() const { return 3 * (static_cast<int>(fields_.size()) - 1); }
+
 int SystematicBasis::size() const {
-  return 2 * field_.knots() + kTagParameters * static_cast<int>(tags_.size()) + 2;
+  return field_size() + tag_size() + 2 * mount_size() + 1 + static_cast<int>(fields_.size());
 }
 
 std::vector<ParameterGroup> SystematicBasis::Groups() const {
-  const auto field = static_cast<int>(2 * field_.modes().cols());
-  const auto tags = kTagParameters * static_cast<int>(tags_.size());
+  const int field = field_modes(), tags = tag_size(), mounts = mount_size();
   const auto group = [](int first, int size, const std::optional<double>& given, double start) {
     return ParameterGroup{first, size, given.value_or(start), given.has_value()};
   };
   const EstimatorOptions& o = setup_.options;
-  return {group(0, field, o.lens_field_sigma_px, kFieldPx),
-          group(field, tags, o.tag_sigma_m, kTagM),
-          group(field + tags, 1, o.corner_bias_sigma_px, kBiasPx),
-          {field + tags + 1, 1, o.focal_sigma.value_or(0), true}};
+  const int after = field + tags + 2 * mounts;
+  std::vector<ParameterGroup> out = {
+      group(0, field, o.lens_field_sigma_px, kFieldPx),
+      group(field, tags, o.tag_sigma_m, kTagM),
+      group(after, 1, o.corner_bias_sigma_px, kBiasPx),
+      {after + 1, static_cast<int>(fields_.size()), o.focal_sigma.value_or(0), true}};
+  if (mounts == 0) return out;
+  out.push_back(group(field + tags, mounts, std::nullopt, kMountRad));
+  out.push_back(group(field + tags + mounts, mounts, std::nullopt, kMountM));
+  return out;
+}
+
+// The u of a field's knots, and then their v; likewise its modes, and one camera's after another's.
+std::vector<SystematicBasis::FieldBlock> SystematicBasis::FieldBlocks() const {
+  std::vector<FieldBlock> out;
+  Eigen::Index knots = 0, modes = 0;
+  for (const ImageField& field : fields_) {
+    for (int axis = 0; axis < 2; ++axis) {
+      out.push_back({knots, modes, &field});
+      knots += field.knots();
+      modes += field.modes().cols();
+    }
+  }
+  return out;
 }
 
 Eigen::MatrixXd SystematicBasis::TimesGivenSigmas(const Eigen::MatrixXd& effects) const {
   const EstimatorOptions& o = setup_.options;
-  const Eigen::Index knots = field_.knots(), modes = field_.modes().cols();
-  const Eigen::Index tags = effects.cols() - 2 * knots - 2;
-  Eigen::MatrixXd out(effects.rows(), 2 * modes + tags + 2);
+  const Eigen::Index knots = field_size(), modes = field_modes(), tags = tag_size();
+  const Eigen::Index others = effects.cols() - knots;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(effects.rows(), modes + others);
   const double field_px = o.lens_field_sigma_px.value_or(0);
-  out.leftCols(modes) = field_px * effects.leftCols(knots) * field_.modes();
-  out.middleCols(modes, modes) = field_px * effects.middleCols(knots, knots) * field_.modes();
-  out.middleCols(2 * modes, tags) = o.tag_sigma_m.value_or(0) * effects.middleCols(2 * knots, tags);
-  out.col(2 * modes + tags) = o.corner_bias_sigma_px.value_or(0) * effects.col(2 * knots + tags);
-  out.rightCols(1) = o.focal_sigma.value_or(0) * effects.rightCols(1);
+  for (const FieldBlock& block : FieldBlocks()) {
+    out.middleCols(block.mode, block.field->modes().cols()) =
+        field_px * effects.middleCols(block.knot, block.field->knots()) * block.field->modes();
+  }
+  out.middleCols(modes, tags) = o.tag_sigma_m.value_or(0) * effects.middleCols(knots, tags);
+  const Eigen::Index bias = tags + 2 * mount_size(),
+                     focal = static_cast<Eigen::Index>(fields_.size());
+  out.col(modes + bias) = o.corner_bias_sigma_px.value_or(0) * effects.col(knots + bias);
+  out.rightCols(focal) = o.focal_sigma.value_or(0) * effects.rightCols(focal);
   return out;
 }
 
-// The knots' u and v lie side by side, and so do the modes'.
 Eigen::MatrixXd SystematicBasis::FromModes(const Eigen::MatrixXd& of_modes) const {
-  const Eigen::Index knots = field_.knots(), modes = field_.modes().cols();
-  const Eigen::Index others = of_modes.rows() - 2 * modes;
-  Eigen::MatrixXd out(2 * knots + others, of_modes.cols());
-  out.topRows(knots) = field_.modes() * of_modes.topRows(modes);
-  out.middleRows(knots, knots) = field_.modes() * of_modes.middleRows(modes, modes);
+  const Eigen::Index others = of_modes.rows() - field_modes();
+  Eigen::MatrixXd out(field_size() + others, of_modes.cols());
+  for (const FieldBlock& block : FieldBlocks()) {
+    out.middleRows(block.knot, block.field->knots()) =
+        block.field->modes() * of_modes.middleRows(block.mode, block.field->modes().cols());
+  }
   out.bottomRows(others) = of_modes.bottomRows(others);
   return out;
 }
 
 Eigen::MatrixXd SystematicBasis::ToModes(const Eigen::MatrixXd& of_knots) const {
-  const Eigen::Index knots = field_.knots(), modes = field_.modes().cols();
   const auto transposed = [&](const Eigen::MatrixXd& rows) {
-    const Eigen::Index others = rows.rows() - 2 * knots;
-    Eigen::MatrixXd out(2 * modes + others, rows.cols());
-    out.topRows(modes) = field_.modes().transpose() * rows.topRows(knots);
-    out.middleRows(modes, modes) = field_.modes().transpose() * rows.middleRows(knots, knots);
+    const Eigen::Index others = rows.rows() - field_size();
+    Eigen::MatrixXd out(field_modes() + others, rows.cols());
+    for (const FieldBlock& block : FieldBlocks()) {
+      out.middleRows(block.mode, block.field->modes().cols()) =
+          block.field->modes().transpose() * rows.middleRows(block.knot, block.field->knots());
+    }
     out.bottomRows(others) = rows.bottomRows(others);
     return out;
   };
@@ -102,21 +143,37 @@ Eigen::MatrixXd SystematicBasis::ToModes(const Eigen::MatrixXd& of_knots) const 
 
 LinearEvidence SystematicBasis::ToModes(const LinearEvidence& of_knots) const {
   LinearEvidence out = of_knots;
-  const Eigen::Index knots = field_.knots(), modes = field_.modes().cols();
-  const Eigen::Index others = of_knots.gradient.size() - 2 * knots;
-  out.gradient.resize(2 * modes + others);
-  out.gradient << field_.modes().transpose() * of_knots.gradient.head(knots),
-      field_.modes().transpose() * of_knots.gradient.segment(knots, knots),
-      of_knots.gradient.tail(others);
+  const Eigen::Index others = of_knots.gradient.size() - field_size();
+  out.gradient.resize(field_modes() + others);
+  for (const FieldBlock& block : FieldBlocks()) {
+    out.gradient.segment(block.mode, block.field->modes().cols()) =
+        block.field->modes().transpose() *
+        of_knots.gradient.segment(block.knot, block.field->knots());
+  }
+  out.gradient.tail(others) = of_knots.gradient.tail(others);
   out.information = ToModes(of_knots.information);
   return out;
 }
 
+// A mount turned and moved in the body is as if the body were turned and moved the other way.
+void SystematicBasis::AddMount(const Pose& world_from_body, int camera,
+                               const Eigen::Matrix<double, 8, 6>& by_pose, Columns* columns) const {
+  if (camera == 0) return;  // it says where the body is
+  const Eigen::Matrix3d rotation = world_from_body.rotation().toRotationMatrix();
+  const Eigen::Matrix<double, 8, 3> by_place = -by_pose.rightCols<3>() * rotation;
+  const int first = field_size() + tag_size() + 3 * (camera - 1);
+  for (int a = 0; a < 3; ++a) {
+    (*columns)[first + a] = -by_pose.col(a);
+    (*columns)[first + mount_size() + a] = by_place.col(a);
+  }
+}
+
 bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_body,
                                 const TagDetection& tag, TagTerms* out) const {
+  const MountedCamera seen_by = setup_.CameraOf(tag.camera);
   const TagReprojectionResidual in_px(
       {setup_.map.CornersInWorld(tag.id), tag.corners, Eigen::Matrix<double, 8, 8>::Identity()},
-      setup_.camera, setup_.cam_from_body);
+      seen_by.camera, seen_by.cam_from_body);
   if (!in_px.Linearize(world_from_body.params.data(), &out->residual, &out->by_pose)) return false;
   // Where the corners should be: at the places where they were seen the noise of a residual would
   // be in its own derivative, and a field that poses make up for would seem to explain it.
@@ -124,27 +181,30 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
   for (int c = 0; c < 4; ++c) {
     corners.col(c) = tag.corners[static_cast<size_t>(c)] + out->residual.segment<2>(2 * c);
   }
-  const int knots = field_.knots();
-  std::map<int, Eigen::Matrix<double, 8, 1>> columns;
+  Columns columns;
   const auto add = [&](int column, int row, double value) {
     columns.try_emplace(column, Eigen::Matrix<double, 8, 1>::Zero()).first->second(row) += value;
   };
+  const FieldBlock u = FieldBlocks()[2 * static_cast<size_t>(tag.camera)];
   for (int c = 0; c < 4; ++c) {
-    const ImageField::Place place = field_.At(corners.col(c));
+    const ImageField::Place place = u.field->At(corners.col(c));
     for (size_t k = 0; k < place.knots.size(); ++k) {
-      add(place.knots[k], 2 * c, place.shares[k]);
-      add(knots + place.knots[k], 2 * c + 1, place.shares[k]);
+      const int knot = static_cast<int>(u.knot) + place.knots[k];
+      add(knot, 2 * c, place.shares[k]);
+      add(knot + u.field->knots(), 2 * c + 1, place.shares[k]);
     }
   }
   if (const auto at = tags_.find(tag.id); at != tags_.end()) {
     // A tag further along in W is seen as if the body stood as much further back.
     for (int a = 0; a < kTagParameters; ++a) {
-      columns[2 * knots + kTagParameters * at->second + a] = -out->by_pose.col(3 + a);
+      columns[field_size() + kTagParameters * at->second + a] = -out->by_pose.col(3 + a);
     }
   }
-  columns[size() - 2] = Outwards(corners);
-  columns[size() - 1] =
-      (corners.colwise() - Eigen::Vector2d(setup_.camera.cx, setup_.camera.cy)).reshaped();
+  AddMount(world_from_body, tag.camera, out->by_pose, &columns);
+  const int focal = size() - static_cast<int>(fields_.size());
+  columns[focal - 1] = Outwards(corners);
+  columns[focal + tag.camera] =
+      (corners.colwise() - Eigen::Vector2d(seen_by.camera.cx, seen_by.camera.cy)).reshaped();
   const Eigen::Matrix<double, 8, 8> whitener =
       CornerWhitener(CornerCovariance(setup_, tag, noise.corner_sigma_px));
   const double norm = (whitener * out->residual).norm();

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -14,11 +15,12 @@ namespace tagtwist::internal {
 std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames);
 
 /// What errors of a set-up that last from frame to frame do to a tag's corners, to first order:
-/// parameters side by side in four groups.
-///   - a smooth field over the image [px], u and v: what the lens model leaves;
+/// parameters side by side in groups.
+///   - a smooth field over each camera's image [px], u and v: what the lens model leaves;
 ///   - three a tag [m]: its position in W;
+///   - three a camera after the first [rad], and three [m]: what its mount is off, in the body;
 ///   - one shift of all corners away from the centre of their tag, along the diagonals [px];
-///   - the focal length, relative.
+///   - each camera's focal length, relative.
 class SystematicBasis {
  public:
   /// Only those tags' own errors are parameters; tag ids.
@@ -49,8 +51,22 @@ class SystematicBasis {
                  TagTerms* out) const;
 
  private:
+  using Columns = std::map<int, Eigen::Matrix<double, 8, 1>>;
+  // One coordinate of one camera's field: where its knots and its modes begin.
+  struct FieldBlock {
+    Eigen::Index knot, mode;
+    const ImageField* field;
+  };
+  std::vector<FieldBlock> FieldBlocks() const;
+  int field_size() const;   // columns of all fields' knots,
+  int field_modes() const;  // of their modes,
+  int tag_size() const;     // of all tags,
+  int mount_size() const;   // of the mounts' rotations, and of their places
+  void AddMount(const Pose& world_from_body, int camera, const Eigen::Matrix<double, 8, 6>& by_pose,
+                Columns* columns) const;
+
   EstimatorSetup setup_;
-  ImageField field_;
+  std::vector<ImageField> fields_;     // of each camera
   std::unordered_map<int, int> tags_;  // id to its place
 };
 

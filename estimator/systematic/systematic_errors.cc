@@ -130,6 +130,10 @@ SystematicErrors LearnSystematicErrors(const SystematicBasis& basis, const Noise
   out.field_sigma_px = fit.groups[0].sigma;
   out.tag_sigma_m = fit.groups[1].sigma;
   out.bias_sigma_px = fit.groups[2].sigma;
+  if (fit.groups.size() > 4) {  // of a rig
+    out.mount_sigma_rad = fit.groups[4].sigma;
+    out.mount_sigma_m = fit.groups[5].sigma;
+  }
   const Eigen::MatrixXd taken = sums.known_poses - sums.eliminated.information;
   out.root = basis.FromModes(RootOf(fit, basis.ToModes(taken)));
   return out;

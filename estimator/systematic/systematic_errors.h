@@ -16,7 +16,8 @@ struct SystematicErrors {
   double field_sigma_px = 0;  // of each coordinate anywhere in the image; 0: none was seen
   double tag_sigma_m = 0;     // of each coordinate of a tag's position
   double bias_sigma_px = 0;   // of corners along their tags' diagonals
-  double noise_scale = 1;     // what is left of the corners' noise, as a factor
+  double mount_sigma_rad = 0, mount_sigma_m = 0;  // of the cameras after a rig's first
+  double noise_scale = 1;                         // what is left of the corners' noise, as a factor
   /// Parameters of the basis x k: E[x x'] = root root', but for what hardly moves a state.
   Eigen::MatrixXd root;
 

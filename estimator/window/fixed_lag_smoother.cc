@@ -9,10 +9,11 @@
 namespace tagtwist::internal {
 FixedLagSmoother::FixedLagSmoother(EstimatorSetup setup)
     : setup_(std::move(setup)),
-      set_up_check_(setup_.map, setup_.camera),
-      gate_(setup_.map, setup_.camera),
+      set_up_check_(setup_),
+      gate_(setup_.map, setup_.Cameras()),
       noise_(InitialNoise(setup_.options)),
-      segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}) {}
+      segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}),
+      reprojection_(setup_) {}
 
 Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const TimeUp& time_up) {
   WindowOutput out;
@@ -23,7 +24,8 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   gate_.TakeRefused(&measurement.tags);
   Unseen unseen{measurement.t_ns, measurement.closed_form,
                 static_cast<int>(measurement.tracks.size())};
-  const bool too_soon = stamps_.ComesTooSoon(measurement.t_ns);
+  // Cameras of their own clocks may come as soon after one another as they like.
+  const bool too_soon = setup_.n_cameras() == 1 && stamps_.ComesTooSoon(measurement.t_ns);
   if (too_soon && stamps_.too_soon() == 1) LeaveAll(&out);  // frames before may have done, too
   if (too_soon && !hypotheses_.empty()) {
     unseen.pose = PoseOutOfTime(measurement);
@@ -146,8 +148,8 @@ void FixedLagSmoother::Forget(size_t n_frames) {
   for (size_t i = 0; i < n_frames; ++i) {
     const GraphFrame& frame = hypotheses_.front().input.frames[i];
     audit_.Add(setup_, frame, seen_[i].tags);
-    reprojection_.Add(setup_.camera, setup_.map, frame.t_ns,
-                      setup_.cam_from_body * Inverse(frame.state.world_from_body), frame.tags);
+    reprojection_.AddSeen(seen_[i].tags);
+    reprojection_.AddSolved(setup_, frame);
     if (!frame.tags.empty()) last_tag_ns_ = frame.t_ns;
   }
   seen_.erase(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(n_frames));

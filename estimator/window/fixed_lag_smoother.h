@@ -9,7 +9,7 @@
 #include "estimator/graph/trajectory.h"
 #include "estimator/motion/tags_alone.h"
 #include "estimator/result/estimate.h"
-#include "estimator/result/reprojection_tally.h"
+#include "estimator/result/rig_tally.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/start/doubled_tags.h"
@@ -33,7 +33,7 @@ class FixedLagSmoother {
   explicit FixedLagSmoother(EstimatorSetup setup);
 
   /// Stamps must grow. After an error, when what is seen cannot be what the set-up says
-  /// (SetUpCheck), no frame may follow. Where the frames have no common solution, or tags that
+  /// (RigCheck), no frame may follow. Where the frames have no common solution, or tags that
   /// agree with one another contradict all that went before, it starts anew, and says so in its
   /// warnings. Where the time is up the state is what the iterations until then give, the noise is
   /// learned over several frames, and the state is kHurried.
@@ -53,6 +53,8 @@ class FixedLagSmoother {
   std::vector<std::string> Warnings() const;
   /// The same of their corners.
   ReprojectionErrorsByPlace Reprojection() const { return reprojection_.Errors(); }
+  /// What each camera has in it, where there are several.
+  std::vector<CameraShare> Cameras() const { return reprojection_.Shares(); }
 
  private:
   static constexpr int kFramesToSettle = 5;  // after a restart
@@ -114,7 +116,7 @@ class FixedLagSmoother {
   void Forget(size_t n_frames);
 
   EstimatorSetup setup_;
-  SetUpCheck set_up_check_;
+  RigCheck set_up_check_;
   TagGate gate_;
   DoubledTags doubled_;
   NoiseModel noise_;
@@ -128,7 +130,7 @@ class FixedLagSmoother {
   OtherPlace other_place_;                    // that the latest frames tell
   std::optional<int64_t> last_tag_ns_;        // of the frames that left
   TagAudit audit_;                            // of the frames that left
-  ReprojectionTally reprojection_;            // of the frames that left
+  RigTally reprojection_;                     // of the frames that left
   StampCheck stamps_;                         // of all frames
   PredictionCheck prediction_check_;          // of the frames that left
   WindowPower power_;                         // of the frames that left

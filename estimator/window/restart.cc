@@ -109,7 +109,7 @@ void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
   const GraphFrame& frame = hypotheses_[0].input.frames.back();
   std::vector<int> used;
   for (const TagDetection& tag : frame.tags) {
-    used.push_back(tag.id);
+    if (std::count(used.begin(), used.end(), tag.id) == 0) used.push_back(tag.id);
     if (alone_since_restart_ != tag.id) alone_since_restart_.reset();
   }
   doubled_.AddSolved(used, TagsElsewhere(setup_, frame, measurement.tags));

@@ -14,7 +14,7 @@ using namespace internal;
 
 struct SlidingWindow::Impl {
   explicit Impl(const EstimatorSetup& setup) : smoother(setup), clock(setup) {
-    if (setup.line_time_s != 0) undo.emplace(setup);
+    if (setup.HasRollingShutter()) undo.emplace(setup);
     if (WindowSystematic::IsAsked(setup.options)) systematic.emplace(setup);
   }
 
@@ -94,5 +94,7 @@ std::vector<std::string> SlidingWindow::Warnings() const {
 ReprojectionErrorsByPlace SlidingWindow::Reprojection() const {
   return impl_->smoother.Reprojection();
 }
+
+std::vector<CameraShare> SlidingWindow::Cameras() const { return impl_->smoother.Cameras(); }
 
 }  // namespace tagtwist

@@ -61,6 +61,8 @@ class SlidingWindow {
   std::vector<std::string> Warnings() const;
   /// Errors of the corners of the frames that left, by place and by tag; after Finish of all.
   ReprojectionErrorsByPlace Reprojection() const;
+  /// What each camera has in it, where there are several.
+  std::vector<CameraShare> Cameras() const;
 
  private:
   struct Impl;

@@ -16,6 +16,7 @@ struct TagDetection {
   std::array<Eigen::Vector2d, 4> corners;
   /// Covariance of the corners, u1 v1 .. u4 v4 [px^2]; empty: not known.
   std::optional<Eigen::Matrix<double, 8, 8>> covariance;
+  int camera = 0;  // of the rig (Rig::cameras) that saw it
 };
 
 /// A KLT track seen in an image. Ids grow by order of birth and are never used again.
@@ -39,7 +40,7 @@ struct ClosedForm {
 /// All that the frontend says of one frame.
 struct FrameMeasurements {
   int64_t t_ns = 0;
-  std::vector<TagDetection> tags;        // all in the map, each id at most once
+  std::vector<TagDetection> tags;        // all in the map, each id at most once a camera
   std::vector<TrackObservation> tracks;  // sorted by track_id
   ClosedForm closed_form;
   bool cut_short = false;             // a deadline came before all was measured

@@ -15,14 +15,17 @@ struct RigCamera {
   Camera camera;
   double line_time_s = 0;  // of a rolling shutter: row v is taken line_time_s * v after the stamp
   Pose cam_from_body;
+  double clock_offset_s = 0;  // its stamps plus this are times of the body's clock
 };
 
-/// The cameras of a body: one today.
+/// The cameras of a body: one or several. What one camera must stand for all (tracks, guided
+/// detection, calibration) is the first's.
 struct Rig {
   std::vector<RigCamera> cameras = std::vector<RigCamera>(1);
 
   const RigCamera& front() const { return cameras.front(); }
   RigCamera& front() { return cameras.front(); }
+  bool IsOfSeveral() const { return cameras.size() > 1; }
 };
 
 /// What is known of a recording before it is looked at: how the body sees, and where the tags are.

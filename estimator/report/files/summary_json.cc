@@ -74,13 +74,29 @@ Json NoiseJson(const NoiseModel& noise, const std::vector<FrameEstimate>& frames
 
 // Standard deviations.
 Json SystematicJson(const SystematicShare& s) {
-  return {{"field_sigma_px", s.field_sigma_px},
-          {"tag_sigma_m", s.tag_sigma_m},
-          {"bias_sigma_px", s.bias_sigma_px},
-          {"position_sigma_m", s.position_m},
-          {"rotation_sigma_rad", s.rotation_rad},
-          {"common_position_sigma_m", s.common_position_m},
-          {"common_rotation_sigma_rad", s.common_rotation_rad}};
+  Json out = {{"field_sigma_px", s.field_sigma_px},
+              {"tag_sigma_m", s.tag_sigma_m},
+              {"bias_sigma_px", s.bias_sigma_px},
+              {"position_sigma_m", s.position_m},
+              {"rotation_sigma_rad", s.rotation_rad},
+              {"common_position_sigma_m", s.common_position_m},
+              {"common_rotation_sigma_rad", s.common_rotation_rad}};
+  if (s.mount_sigma_m == 0 && s.mount_sigma_rad == 0) return out;
+  out["mount_sigma_m"] = s.mount_sigma_m;
+  out["mount_sigma_rad"] = s.mount_sigma_rad;
+  return out;
+}
+
+Json CamerasJson(const std::vector<CameraShare>& cameras) {
+  Json out = Json::array();
+  for (const CameraShare& camera : cameras) {
+    out.push_back({{"name", camera.name},
+                   {"frames", camera.frames},
+                   {"tags", camera.tags},
+                   {"tags_used", camera.used},
+                   {"reprojection_rms_px", camera.rms_px}});
+  }
+  return out;
 }
 
 Json BoundJson(const ErrorBound& bound, bool with_twist) {
@@ -209,6 +225,7 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   if (estimate.mode == EstimateMode::kBatch) {
     out["systematic"] = SystematicJson(estimate.systematic);
   }
+  if (!estimate.cameras.empty()) out["cameras"] = CamerasJson(estimate.cameras);
   out["timing_ms"] = TimingJson(facts.times);
   if (facts.deadline_ms) out["deadline"] = DeadlineJson(estimate, facts);
   if (facts.live) {

@@ -20,11 +20,15 @@ double PositionSigma(const Estimate& estimate) {
 
 // Those that are worth mending, in words; empty where none is.
 std::string Parts(const SystematicShare& s) {
-  constexpr double kLeastPx = 0.05, kLeastM = 3e-4;
+  constexpr double kLeastPx = 0.05, kLeastM = 3e-4, kLeastRad = 3e-4;
   std::string out;
   const auto add = [&](const std::string& part) { out += (out.empty() ? "" : ", ") + part; };
   if (s.field_sigma_px > kLeastPx) {
     add(Format("%.2f px over the image beyond what the lens says", s.field_sigma_px));
+  }
+  if (s.mount_sigma_m > kLeastM || s.mount_sigma_rad > kLeastRad) {
+    add(Format("%.1f mm and %.1f mrad of the cameras' mounts beside the first's",
+               1e3 * s.mount_sigma_m, 1e3 * s.mount_sigma_rad));
   }
   if (s.tag_sigma_m > kLeastM) add(Format("%.1f mm of the tags' places", 1e3 * s.tag_sigma_m));
   if (s.bias_sigma_px > kLeastPx) {

@@ -125,6 +125,16 @@ ReportSection Times(const StageTimes& times, const std::vector<double>& t_s) {
   return out;
 }
 
+// Of a rig's cameras a row each.
+ReportSection Cameras(const std::vector<CameraShare>& cameras) {
+  TextTable table = {{"camera", "frames with tags", "tags", "used", "RMS px"}};
+  for (const CameraShare& camera : cameras) {
+    table.push_back({camera.name, std::to_string(camera.frames), std::to_string(camera.tags),
+                     std::to_string(camera.used), Format("%.3f", camera.rms_px)});
+  }
+  return {"Cameras", TableHtml(table), {}};
+}
+
 }  // namespace
 
 std::string FormatReport(const Estimate& e, const ReportInput& input) {
@@ -145,6 +155,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   }
   page.sections.push_back(BoundSection(e, input.rows, t_s, {kFrameBound, kOptimised, kLagged}));
   page.sections.push_back(Counts(e, t_s));
+  if (!e.cameras.empty()) page.sections.push_back(Cameras(e.cameras));
   if (!e.reprojection_px.empty()) {
     page.sections.push_back(ReprojectionSection(e, input.map));
   }

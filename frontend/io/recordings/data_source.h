@@ -24,6 +24,8 @@ struct Frame {
   std::string image_problem;  // why the image is empty though it was asked for: "cannot decode"
   std::vector<TagDetection> detections;  // the data set's own corners; only with use_detections
   std::vector<int> doubled_ids = {};     // FrameMeasurements::doubled_ids, as it tells them besides
+  int camera = 0;                        // of the rig (Rig::cameras) that took it
+  std::vector<Frame> others = {};        // of other cameras of the rig at the same time
 };
 
 struct DataSourceOptions {

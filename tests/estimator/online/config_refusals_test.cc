@@ -31,7 +31,7 @@ struct BadFile {
 void PrintTo(const BadFile& bad, std::ostream* out) { *out << bad.name; }
 
 const BadFile kBadFiles[] = {
-    {"UnknownSection", "camra: {}\n", "x.yaml:1: camra: expected one of camera, "},
+    {"UnknownSection", "camra: {}\n", "x.yaml:1: camra: expected one of cameras, camera, "},
     {"UnknownKey", "estimator:\n  windw_frames: 3\n",
      "x.yaml:2: estimator.windw_frames: expected one of "},
     {"RepeatedKey", "estimator:\n  window_frames: 7\n\n  window_frames: 8\n",

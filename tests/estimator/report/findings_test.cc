@@ -132,7 +132,7 @@ TEST(Verdict, SaysWhatWasTooShortToJudge) {
 TEST(Findings, NamesErrorsThatLastWhereTheyAreMostOfTheVariance) {
   Case run = RunAsConfigured();
   SystematicShare& share = run.estimate.systematic;
-  share = {0.2, 0, 0, 1.0, 0.1, 0.5, 0.05};
+  share = {0.2, 0, 0, 0, 0, 1.0, 0.1, 0.5, 0.05};
   EXPECT_THAT(run.Text(), HasSubstr("errors that last"));
   EXPECT_THAT(run.Text(), HasSubstr("0.20 px over the image"));
   share.field_sigma_px = 0.01;

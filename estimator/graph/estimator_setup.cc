@@ -1,0 +1,48 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/track_planes.h"
+#include "frontend/base/check.h"
+
+namespace tagtwist::internal {
+
+MountedCamera EstimatorSetup::CameraOf(int index) const {
+  if (index == 0) return {camera, cam_from_body, line_time_s};
+  TAGTWIST_CHECK(index > 0 && index < n_cameras(), "a tag is of the rig's cameras, but " +
+                                                       std::to_string(index) + " of " +
+                                                       std::to_string(n_cameras()) + " is told");
+  const RigCamera& other = others[static_cast<size_t>(index) - 1];
+  return {other.camera, other.cam_from_body, other.line_time_s};
+}
+
+std::vector<Camera> EstimatorSetup::Cameras() const {
+  std::vector<Camera> out = {camera};
+  for (const RigCamera& other : others) out.push_back(other.camera);
+  return out;
+}
+
+bool EstimatorSetup::HasRollingShutter() const {
+  return line_time_s != 0 || std::any_of(others.begin(), others.end(), [](const RigCamera& other) {
+           return other.line_time_s != 0;
+         });
+}
+
+EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& options) {
+  const RigCamera& camera = set_up.rig.front();
+  EstimatorSetup out;
+  out.camera = camera.camera;
+  out.line_time_s = camera.line_time_s;
+  out.cam_from_body = camera.cam_from_body;
+  out.others.assign(set_up.rig.cameras.begin() + 1, set_up.rig.cameras.end());
+  out.map = set_up.map;
+  out.options = options;
+  for (const RigCamera& one : set_up.rig.cameras) out.camera_names.push_back(one.name);
+  if (out.HasRollingShutter() || out.n_cameras() > 1) out.options.use_tracks = false;
+  if (out.n_cameras() > 1) out.options.clock = ClockChoice::kStamps;
+  out.planes = FindTrackPlanes(set_up.map);
+  return out;
+}
+
+}  // namespace tagtwist::internal

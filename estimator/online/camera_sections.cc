@@ -1,0 +1,117 @@
+#include "estimator/online/camera_sections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "frontend/io/setup/camera_file.h"
+#include "frontend/io/setup/camera_section.h"
+#include "frontend/io/setup/tag_map_reader.h"
+#include "frontend/io/setup/yaml_reader.h"
+
+namespace tagtwist::internal {
+
+std::string BesideFile(const std::string& file, const std::string& name) {
+  return (std::filesystem::path(file).parent_path() / name).string();
+}
+
+Status TakeCamera(const std::string& path, const std::string& name, bool has_mount,
+                  const Limits& limits, RigCamera* camera, CameraOrigin* origin) {
+  const Result<CameraFile> file = ReadCameraFile(path, name, limits);
+  if (!file) return file.error();
+  camera->camera = file->camera;
+  camera->line_time_s = file->line_time_s;
+  origin->camera = path + (name.empty() ? "" : ", " + name);
+  origin->notes = file->notes;
+  if (has_mount && file->cam_from_body) {
+    origin->notes.push_back(path + ": its mount, " + file->mount_key +
+                            ", is not used: the configuration has cam_from_body");
+  }
+  if (has_mount) return Ok();
+  camera->cam_from_body = file->cam_from_body.value_or(Pose());
+  origin->mount_is_given = file->cam_from_body.has_value();
+  origin->mount =
+      file->cam_from_body ? file->mount_key + " of " + path : "none given: the camera is the body";
+  return Ok();
+}
+
+Status ReadCamera(const YamlValue& node, bool has_mount, const Limits& limits, RigCamera* camera,
+                  CameraOrigin* origin) {
+  YamlSection section(node);
+  std::string file, name;
+  section("file", file);
+  if (file.empty()) {
+    camera->camera = Camera();
+    ReadCameraKeys(&section, &camera->camera);
+    ReadLineTime(&section, &camera->line_time_s);
+    origin->camera = node.file;
+    origin->mount_is_given = has_mount;
+    return section.Finish();
+  }
+  section("name", name);
+  if (Status status = section.Finish(); !status) return status;
+  return TakeCamera(BesideFile(node.file, file), name, has_mount, limits, camera, origin);
+}
+
+Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
+  YamlSection section(node);
+  const auto rotation = ReadRotation(&section);
+  const auto translation = ReadVector3(section.Require("translation_m"), &section);
+  if (!rotation) section.Keep(node.Refuse("rotation or quaternion_xyzw, got neither"));
+  if (rotation && translation) *cam_from_body = MakePose(*rotation, *translation);
+  return section.Finish();
+}
+
+namespace {
+
+Result<CameraEntry> ReadEntry(const YamlValue& node, const Limits& limits) {
+  constexpr double kMostOffsetS = 1e9;  // clocks that begin at zero beside those of the epoch
+  if (node.kind != YamlValue::Kind::kMapping) return node.Refuse("a camera's keys");
+  YamlSection section(node);
+  CameraEntry out;
+  section.Require("name", &out.camera.name);
+  out.recording = out.camera.name;
+  section("recording", out.recording);
+  section("topic", out.topic);
+  section("clock_offset_s", out.camera.clock_offset_s);
+  if (!(std::abs(out.camera.clock_offset_s) <= 2 * kMostOffsetS)) {
+    section.Keep(section.Find("clock_offset_s")->Refuse("from -2e9 to 2e9 s"));
+  }
+  const YamlValue* mount = section.Find("cam_from_body");
+  const YamlValue* camera = section.Require(std::string("camera"));
+  if (camera != nullptr) {
+    section.Keep(ReadCamera(*camera, mount != nullptr, limits, &out.camera, &out.origin));
+  }
+  if (mount != nullptr) {
+    section.Keep(ReadExtrinsic(*mount, &out.camera.cam_from_body));
+    out.origin.mount = mount->file;
+  }
+  if (Status status = section.Finish(); !status) return status.error();
+  if (out.camera.name.empty()) return section.Find("name")->Refuse("a name");
+  if (!out.origin.mount_is_given) {
+    return node.Refuse("cam_from_body, or a calibration with a mount");
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<std::vector<CameraEntry>> ReadCameras(const YamlValue& node, const Limits& limits) {
+  if (node.kind != YamlValue::Kind::kList || node.items.empty()) {
+    return node.Refuse("a list of cameras");
+  }
+  std::vector<CameraEntry> out;
+  for (const YamlValue& item : node.items) {
+    auto entry = ReadEntry(item, limits);
+    if (!entry) return entry.error();
+    const bool twice = std::any_of(out.begin(), out.end(), [&](const CameraEntry& other) {
+      return other.camera.name == entry->camera.name;
+    });
+    if (twice) return Member(item, "name")->Refuse("a name that no other camera has");
+    out.push_back(std::move(*entry));
+  }
+  return out;
+}
+
+}  // namespace tagtwist::internal

@@ -1,0 +1,90 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimator/online/config.h"
+#include "estimator/online/config_text.h"
+#include "tests/support/test_files.h"
+
+namespace tagtwist::internal::cameras_config_test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kLens =
+    "    camera: {width: 376, height: 240, fx: 311, fy: 312, cx: 201, cy: 113}\n";
+constexpr const char* kMount =
+    "    cam_from_body: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0.1, 0, 0.2]}\n";
+
+Result<Config> Load(const std::string& text) {
+  const TempFolder folder;
+  WriteText(folder / "x.yaml", text);
+  return LoadConfig(folder / "x.yaml");
+}
+
+std::string FaultOf(const std::string& text) {
+  const auto config = Load(text);
+  return config ? "taken" : config.error().message;
+}
+
+std::string Two() {
+  return std::string("cameras:\n  - name: left\n") + kLens + kMount + "  - name: right\n" + kLens +
+         kMount + "    clock_offset_s: -0.007\n    recording: sub/r\n    topic: /r/image\n";
+}
+
+TEST(CamerasSection, SaysWhereEachCameraIsAndWhereItsRecording) {
+  const auto config = Load(Two());
+  ASSERT_TRUE(config) << config.error().message;
+  ASSERT_EQ(config->set_up.rig.cameras.size(), 2U);
+  EXPECT_TRUE(config->set_up.rig.IsOfSeveral());
+  const RigCamera& right = config->set_up.rig.cameras[1];
+  EXPECT_EQ(right.name, "right");
+  EXPECT_EQ(right.clock_offset_s, -0.007);
+  EXPECT_EQ(right.camera.fy, 312);
+  EXPECT_EQ(right.cam_from_body.translation().z(), 0.2);
+  ASSERT_EQ(config->recordings.size(), 2U);
+  EXPECT_EQ(config->recordings[0].path, "left");
+  EXPECT_EQ(config->recordings[1].path, "sub/r");
+  EXPECT_EQ(config->recordings[1].topic, "/r/image");
+}
+
+TEST(CamerasSection, IsWrittenAsItIsRead) {
+  const auto config = Load(Two());
+  ASSERT_TRUE(config) << config.error().message;
+  const std::string text = CamerasSectionText(*config);
+  const auto again = Load(text);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(CamerasSectionText(*again), text);
+  EXPECT_EQ(again->set_up.rig.cameras[1].cam_from_body.params,
+            config->set_up.rig.cameras[1].cam_from_body.params);
+}
+
+TEST(CamerasSection, FaultsAreToldWithTheirLine) {
+  EXPECT_THAT(FaultOf("cameras: 3\n"), HasSubstr("x.yaml:1: cameras: expected a list of cameras"));
+  EXPECT_THAT(FaultOf("cameras: []\n"), HasSubstr("expected a list of cameras"));
+  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kLens),
+              HasSubstr("expected cam_from_body, or a calibration with a mount"));
+  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kMount), HasSubstr("camera"));
+  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kLens + kMount + "  - name: a\n" +
+                      kLens + kMount),
+              HasSubstr("expected a name that no other camera has"));
+  EXPECT_THAT(FaultOf(Two() + "    lens: 3\n"), HasSubstr("lens"));
+  EXPECT_THAT(FaultOf(Two() + "camera: {width: 376, height: 240, fx: 1, fy: 1, cx: 1, cy: 1}\n"),
+              HasSubstr("beside cameras"));
+  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kLens + kMount +
+                      "    clock_offset_s: 3e9\n"),
+              HasSubstr("from -2e9 to 2e9 s"));
+}
+
+TEST(CamerasSection, ACameraFileBesideItIsRefused) {
+  const TempFolder folder;
+  WriteText(folder / "x.yaml", Two());
+  ConfigFiles files;
+  files.config = folder / "x.yaml";
+  files.camera_file = folder / "lens.yaml";
+  const auto config = LoadConfig(files);
+  ASSERT_FALSE(config);
+  EXPECT_THAT(config.error().message, HasSubstr("--camera_file is of one camera"));
+}
+
+}  // namespace
+}  // namespace tagtwist::internal::cameras_config_test

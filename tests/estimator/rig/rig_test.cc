@@ -1,0 +1,196 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "estimator/batch/batch.h"
+#include "estimator/rig/rig_pose.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/tag_scene.h"
+#include "tests/support/flights/window_run.h"
+
+namespace tagtwist::internal::rig_test {
+namespace {
+
+// The course's camera, and two that look ahead and aside, each with a lens of its own.
+SetUp RigOfThree() {
+  SetUp out = CourseSetUp();
+  out.rig.cameras.resize(3, out.rig.front());
+  for (size_t i = 1; i < 3; ++i) {
+    RigCamera& mounted = out.rig.cameras[i];
+    const double side = i == 1 ? 1 : -1;
+    mounted.name = "cam" + std::to_string(i);
+    mounted.camera.fx = mounted.camera.fy = 280 + 60 * side;
+    mounted.cam_from_body = MakePose(ExpSo3({0.3 * side, 0.2, 0.1 * side}), {0.1 * side, 0.05, 0}) *
+                            out.rig.front().cam_from_body;
+  }
+  return out;
+}
+
+std::vector<TagDetection> Seen(const SetUp& set_up, int camera, const Pose& world_from_body,
+                               double sigma_px, unsigned seed) {
+  const RigCamera& mounted = set_up.rig.cameras[static_cast<size_t>(camera)];
+  auto out = SeeTags(set_up.map, mounted.camera, mounted.cam_from_body * Inverse(world_from_body),
+                     sigma_px, seed);
+  if (out.size() > 3) out.resize(3);
+  for (TagDetection& tag : out) tag.camera = camera;
+  return out;
+}
+
+// Which cameras take frame i.
+using Schedule = std::vector<int> (*)(int i);
+std::vector<int> AllAtOnce(int) { return {0, 1, 2}; }
+std::vector<int> InTurn(int i) { return {i % 3}; }
+std::vector<int> TheFirst(int) { return {0}; }
+
+ExactModelFlight Fly(const ExactModelOptions& model, Schedule schedule) {
+  const tagtwist::SetUp set_up = RigOfThree();
+  ExactModelFlight out = DrawFlight(model);
+  for (size_t i = 0; i < out.truth.size(); ++i) {
+    out.measurements[i].tags.clear();
+    for (const int camera : schedule(static_cast<int>(i))) {
+      const auto seed =
+          static_cast<unsigned>(1000 * model.random_seed + 3 * i) + static_cast<unsigned>(camera);
+      for (const TagDetection& tag :
+           Seen(set_up, camera, out.truth[i].world_from_body, model.corner_sigma_px, seed)) {
+        out.measurements[i].tags.push_back(tag);
+      }
+    }
+  }
+  return out;
+}
+
+double Nees(const FrameEstimate& estimate, const BodyState& truth) {
+  const StateVector e = Difference(estimate.state, truth);
+  return e.dot(estimate.covariance.llt().solve(e));
+}
+
+struct Scores {
+  double batch = 0, current = 0, lagged = 0;    // mean NEES, of 12
+  double batch_squares = 0, sigma_squares = 0;  // of the position [m^2]
+  int n = 0;
+};
+
+Scores ScoreFlights(Schedule schedule) {
+  Scores out;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk, seed);
+    const ExactModelFlight flight = Fly(model, schedule);
+    const auto batch = RunBatch(RigOfThree(), GivenNoise(model), flight.measurements);
+    EXPECT_TRUE(batch) << batch.error().message;
+    const WindowRun run =
+        RunWindow(MakeEstimatorSetup(RigOfThree(), GivenNoise(model)), flight.measurements);
+    if (!batch || run.lagged.size() != flight.truth.size()) return {};
+    for (size_t i = 5; i < flight.truth.size(); i += 10, ++out.n) {
+      const BodyState& truth = flight.truth[i];
+      out.batch += Nees(batch->frames[i], truth);
+      out.current += Nees(run.current[i], truth);
+      out.lagged += Nees(run.lagged[i], truth);
+      out.batch_squares += Difference(batch->frames[i].state, truth).segment<3>(3).squaredNorm();
+      out.sigma_squares += batch->frames[i].covariance.diagonal().segment<3>(3).sum();
+    }
+  }
+  for (double* sum : {&out.batch, &out.current, &out.lagged}) *sum /= out.n;
+  return out;
+}
+
+void ExpectHonest(const Scores& scores) {
+  const double band = 4 * std::sqrt(24.0 / scores.n);
+  EXPECT_NEAR(scores.batch, 12, band);
+  EXPECT_NEAR(scores.current, 12, band);
+  EXPECT_NEAR(scores.lagged, 12, band);
+  EXPECT_LT(scores.batch_squares, 1.44 * scores.sigma_squares);
+}
+
+TEST(Rig, CovariancesHoldOfCamerasThatSeeAtOnce) { ExpectHonest(ScoreFlights(AllAtOnce)); }
+
+TEST(Rig, CovariancesHoldOfCamerasThatSeeInTurn) { ExpectHonest(ScoreFlights(InTurn)); }
+
+TEST(Rig, MoreCamerasKnowMore) {
+  const ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk);
+  const auto sigma = [&](Schedule schedule) {
+    const auto run = RunBatch(RigOfThree(), GivenNoise(model), Fly(model, schedule).measurements);
+    EXPECT_TRUE(run) << run.error().message;
+    return run ? std::sqrt(run->frames[30].covariance.diagonal().segment<3>(3).sum()) : 0;
+  };
+  EXPECT_LT(sigma(AllAtOnce), 0.8 * sigma(TheFirst));
+}
+
+TEST(Rig, EachCameraIsAccountedFor) {
+  const ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk);
+  const ExactModelFlight flight = Fly(model, InTurn);
+  const auto run = RunBatch(RigOfThree(), GivenNoise(model), flight.measurements);
+  ASSERT_TRUE(run) << run.error().message;
+  ASSERT_EQ(run->cameras.size(), 3U);
+  for (size_t i = 0; i < 3; ++i) {
+    size_t frames = 0, tags = 0;
+    for (size_t k = i; k < flight.measurements.size(); k += 3) {
+      frames += flight.measurements[k].tags.empty() ? 0 : 1;
+      tags += flight.measurements[k].tags.size();
+    }
+    EXPECT_EQ(run->cameras[i].name, "cam" + std::to_string(i));
+    EXPECT_EQ(run->cameras[i].frames, frames);
+    EXPECT_EQ(run->cameras[i].tags, tags);
+    EXPECT_NEAR(run->cameras[i].rms_px, model.corner_sigma_px, 0.05);
+  }
+}
+
+TEST(Rig, OneCameraHasNoAccountOfItsOwn) {
+  const ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk);
+  const auto run = RunBatch(CourseSetUp(), GivenNoise(model), DrawFlight(model).measurements);
+  ASSERT_TRUE(run) << run.error().message;
+  EXPECT_TRUE(run->cameras.empty());
+}
+
+// A mount that is off by 3 mm and 3 mrad is in no camera's noise; the covariance has it.
+TEST(Rig, AMountThatIsOffIsInTheCovariance) {
+  ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk);
+  model.frames = 150;
+  const ExactModelFlight flight = Fly(model, AllAtOnce);
+  tagtwist::SetUp off = RigOfThree();
+  for (size_t i = 1; i < 3; ++i) {
+    off.rig.cameras[i].cam_from_body =
+        off.rig.cameras[i].cam_from_body * MakePose(ExpSo3({0.003, -0.003, 0}), {0.003, 0, 0.003});
+  }
+  EstimatorOptions options = GivenNoise(model);
+  options.corner_sigma_px.reset();
+  const auto run = RunBatch(off, options, flight.measurements);
+  ASSERT_TRUE(run) << run.error().message;
+  EXPECT_GT(run->systematic.mount_sigma_rad + run->systematic.mount_sigma_m, 5e-4);
+  double nees = 0;
+  for (size_t i = 0; i < flight.truth.size(); ++i) nees += Nees(run->frames[i], flight.truth[i]);
+  EXPECT_LT(nees / static_cast<double>(flight.truth.size()), 3 * 12);
+}
+
+TEST(RigPose, IsThatOfAllCamerasTags) {
+  const tagtwist::SetUp set_up = RigOfThree();
+  const EstimatorSetup setup = MakeEstimatorSetup(set_up, {});
+  const Pose truth = Hover({1.6, 1.3, 1.3}, 0.4, {0.05, -0.1, 0});
+  std::vector<TagDetection> tags;
+  for (const int camera : {0, 1, 2}) {
+    const auto own = Seen(set_up, camera, truth, 0, 1);
+    tags.insert(tags.end(), own.begin(), own.end());
+  }
+  ASSERT_GT(tags.size(), 4U);
+  const FramePose found = FindPoseOfTags(setup, tags);
+  ASSERT_EQ(found.status, FramePoseStatus::kOk);
+  EXPECT_LT(PositionErrorM(found.world_from_body, truth), 1e-6);
+  EXPECT_LT(RotationErrorRad(found.world_from_body, truth), 1e-6);
+  EXPECT_THAT(found.tag_inlier, testing::Each(true));
+  tags.back().id = tags.back().id == 0 ? 1 : tags.back().id - 1;  // one is another's
+  const FramePose with_wrong = FindPoseOfTags(setup, tags);
+  EXPECT_LT(PositionErrorM(with_wrong.world_from_body, truth), 1e-6);
+  EXPECT_FALSE(with_wrong.tag_inlier.back());
+  EXPECT_EQ(FindPoseOfTags(setup, {}).status, FramePoseStatus::kNoTags);
+}
+
+TEST(RigPose, ATagOfACameraThatTheRigLacksIsABrokenPromise) {
+  TagDetection tag{};
+  tag.id = 0;
+  tag.camera = 1;
+  EXPECT_THROW(FindPoseOfTags(CourseSetup(), {tag}), std::logic_error);
+}
+
+}  // namespace
+}  // namespace tagtwist::internal::rig_test

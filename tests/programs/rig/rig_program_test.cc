@@ -1,0 +1,88 @@
+#include <gmock/gmock.h>
+
+#include <string>
+
+#include "tests/support/estimate_program.h"
+
+namespace tagtwist::internal::rig_program_test {
+namespace {
+
+using testing::HasSubstr;
+
+// The course's camera under the body, one that takes its frames with it, and one of another clock.
+constexpr const char* kRig = R"(
+cameras:
+  - name: down
+    camera: {width: 376, height: 240, fx: 311.05, fy: 311.39, cx: 201.87, cy: 113.62}
+    cam_from_body:
+      rotation: [0.70710678, -0.70710678, 0, -0.70710678, -0.70710678, 0, 0, 0, -1]
+      translation_m: [-0.04, 0, -0.03]
+  - name: ahead
+    camera: {width: 376, height: 240, fx: 250, fy: 250, cx: 190, cy: 118}
+    cam_from_body:
+      rotation: [0.70710678, -0.70710678, 0, -0.66446302, -0.66446302, -0.34202014, 0.24184476, 0.24184476, -0.93969262]
+      translation_m: [0.02, 0.05, 0]
+  - name: free
+    camera: {width: 376, height: 240, fx: 280, fy: 280, cx: 190, cy: 118}
+    clock_offset_s: 0.007
+    recording: third/free
+    cam_from_body:
+      rotation: [0.70710678, -0.70710678, 0, -0.66446302, -0.66446302, 0.34202014, -0.24184476, -0.24184476, -0.93969262]
+      translation_m: [0.02, -0.05, 0]
+)";
+
+class RigProgram : public EstimateProgram {
+ protected:
+  void SetUp() override {
+    WriteText(Path("rig.yaml"), kRig);
+    Simulate("flight", {"--config", "rig.yaml", "--images=false", "--duration", "6", "--rate", "30",
+                        "--corner_noise_px", "0.2"});
+  }
+
+  nlohmann::json EstimateRig(const std::string& output, Arguments more = {}) {
+    more.insert(more.end(), {"--dataset", "flight", "--config", "rig.yaml", "--use_detections"});
+    return Estimate(output, more);
+  }
+};
+
+TEST_F(RigProgram, ThreeCamerasOfTwoClocksAreOneEstimate) {
+  EXPECT_TRUE(fs::exists(Path("flight/third/free/detections.csv")));
+  for (const bool window : {false, true}) {
+    const nlohmann::json summary =
+        EstimateRig("results", window ? Arguments{"--sliding_window"} : Arguments{});
+    ASSERT_EQ(summary["cameras"].size(), 3U);
+    const size_t down = summary["cameras"][0]["frames"], free = summary["cameras"][2]["frames"];
+    EXPECT_EQ(summary["cameras"][2]["name"], "free");
+    EXPECT_EQ(summary["frames"], down + free);  // the second's are those of the first
+    const char* rows = window ? "optimised_lagged" : "optimised";
+    const double nees = summary["accuracy"][rows]["nees"]["per_dof"];
+    EXPECT_GT(nees, 0.3) << rows;
+    EXPECT_LT(nees, 1.8) << rows;
+    EXPECT_LT(summary["accuracy"][rows]["position_rmse_m"], 0.003) << rows;
+  }
+}
+
+TEST_F(RigProgram, EachCamerasClockIsTakenAsTheConfigurationSays) {
+  const auto rmse_m = [](const nlohmann::json& summary) {
+    return summary["accuracy"]["optimised"]["position_rmse_m"].get<double>();
+  };
+  const double right_m = rmse_m(EstimateRig("right"));
+  std::string text = ReadText(Path("rig.yaml"));
+  text.replace(text.find("0.007"), 5, "0.027");
+  WriteText(Path("rig.yaml"), text);
+  EXPECT_GT(rmse_m(EstimateRig("off")), 2 * right_m);
+}
+
+TEST_F(RigProgram, WhatIsOfOneCameraIsRefused) {
+  for (const char* flag : {"--calibrate", "--map_unknown_tags", "--write_detections"}) {
+    const ProgramRun run =
+        RunProgram(folder_.path(), "tagtwist_estimate",
+                   {"--dataset", "flight", "--config", "rig.yaml", "--use_detections", flag});
+    EXPECT_EQ(run.status, 1) << flag;
+    EXPECT_THAT(run.err, HasSubstr(std::string(flag) + " is of one camera")) << flag;
+    EXPECT_TRUE(IsOneLine(run.err)) << run.err;
+  }
+}
+
+}  // namespace
+}  // namespace tagtwist::internal::rig_program_test
