@@ -20,8 +20,8 @@ DEFINE_string(
     "mcap:FILE, foxglove (Foxglove's WebSocket, on the page's port; live), csv:FILE or csv:- (what "
     "--stream does). May be given several times.");
 DEFINE_string(record, "",
-              "New folder for the images as they come, with their stamps, which --dataset reads "
-              "(window); the page can stop and go on with it.");
+              "New folder or FILE.mkv (lossless) for the images as they come, with their stamps, "
+              "which --dataset reads (window); the page can stop and go on with it.");
 
 namespace tagtwist::internal {
 namespace {

@@ -1,11 +1,14 @@
 #include "estimator/publish/outlets.h"
 
+#include <filesystem>
+#include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
 #include "estimator/publish/foxglove_messages.h"
 #include "estimator/publish/json_text.h"
 #include "estimator/publish/state_json.h"
+#include "frontend/io/images/lossless_video.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -66,15 +69,21 @@ class McapOutlet : public Outlet {
   Worker<FramePtr> worker_;  // last member: it uses the others
 };
 
-class FolderOutlet : public RecordingOutlet {
+// What a recording goes to.
+struct Recorder {
+  std::function<Status(int64_t t_ns, const cv::Mat& gray)> add;
+  std::function<Status()> finish;
+};
+
+class RecorderOutlet : public RecordingOutlet {
  public:
-  FolderOutlet(std::string folder, std::unique_ptr<ImageRecorder> recorder, bool waits)
-      : folder_(std::move(folder)),
+  RecorderOutlet(std::string place, Recorder recorder, bool waits)
+      : place_(std::move(place)),
         recorder_(std::move(recorder)),
         worker_(
             kMostUnwritten, waits,
             [this](const FramePtr& frame) {
-              const Status added = recorder_->Add(frame->state.t_ns, frame->image);
+              const Status added = recorder_.add(frame->state.t_ns, frame->image);
               problem_.Take(added);
               if (added) ++frames_;
             },
@@ -86,25 +95,44 @@ class FolderOutlet : public RecordingOutlet {
   void Switch(bool on) override { is_on_ = on; }
   std::string Finish() override {
     worker_.Finish();
+    problem_.Take(recorder_.finish());
     return problem_.text();
   }
   size_t dropped() const override { return worker_.dropped(); }
   std::string Json() const override {
     JsonText json;
-    json.Open('{').Key("on").Truth(is_on_).Key("folder").String(folder_);
+    json.Open('{').Key("on").Truth(is_on_).Key("folder").String(place_);
     json.Key("frames").Integer(static_cast<int64_t>(frames_.load()));
     json.Key("dropped").Integer(static_cast<int64_t>(dropped()));
     return json.Key("problem").String(problem_.text()).Close('}').text();
   }
 
  private:
-  std::string folder_;
-  std::unique_ptr<ImageRecorder> recorder_;
+  std::string place_;
+  Recorder recorder_;
   std::atomic<bool> is_on_{true};
   std::atomic<size_t> frames_{0};
   Problem problem_;
   Worker<FramePtr> worker_;  // last member: it uses the others
 };
+
+// A frame without an image is a row of the folder's table, and nothing in a video.
+Result<Recorder> OpenRecorder(const std::string& place) {
+  if (std::filesystem::path(place).extension() == ".mkv") {
+    auto opened = LosslessVideo::Create(place);
+    if (!opened) return opened.error();
+    const std::shared_ptr<LosslessVideo> video = std::move(*opened);
+    return Recorder{[video](int64_t t_ns, const cv::Mat& gray) {
+                      return gray.empty() ? Ok() : video->Add(t_ns, gray);
+                    },
+                    [video] { return video->Finish(); }};
+  }
+  auto opened = ImageRecorder::Create(place);
+  if (!opened) return opened.error();
+  const std::shared_ptr<ImageRecorder> folder = std::move(*opened);
+  return Recorder{[folder](int64_t t_ns, const cv::Mat& gray) { return folder->Add(t_ns, gray); },
+                  [] { return Ok(); }};
+}
 
 }  // namespace
 
@@ -115,11 +143,11 @@ Result<std::unique_ptr<Outlet>> OpenMcapOutlet(const std::string& path, const Pu
   return std::unique_ptr<Outlet>(std::make_unique<McapOutlet>(std::move(*writer), run, waits));
 }
 
-Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& folder, bool waits) {
-  auto recorder = ImageRecorder::Create(folder);
+Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& place, bool waits) {
+  auto recorder = OpenRecorder(place);
   if (!recorder) return recorder.error();
   return std::unique_ptr<RecordingOutlet>(
-      std::make_unique<FolderOutlet>(folder, std::move(*recorder), waits));
+      std::make_unique<RecorderOutlet>(place, std::move(*recorder), waits));
 }
 
 std::string EncodeJpeg(const cv::Mat& gray) {

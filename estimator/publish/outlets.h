@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "estimator/publish/image_recorder.h"
-#include "estimator/publish/mcap_writer.h"
+#include "estimator/publish/mcap/mcap_writer.h"
 #include "estimator/publish/published_frame.h"
 #include "estimator/publish/worker.h"
 
@@ -26,14 +26,15 @@ class Outlet {
 Result<std::unique_ptr<Outlet>> OpenMcapOutlet(const std::string& path, const PublishedRun& run,
                                                bool waits);
 
-/// Images of a run; whether it takes any can be switched.
+/// Images of a run; whether it takes any can be switched. "folder" is the place's name.
 class RecordingOutlet : public Outlet {
  public:
   virtual void Switch(bool on) = 0;
   /// {"on": ..., "frames": ..., "dropped": ..., "folder": ..., "problem": ...}.
   virtual std::string Json() const = 0;
 };
-Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& folder, bool waits);
+/// A video (lossless_video.h) where the place ends in .mkv, else a folder (image_recorder.h).
+Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& place, bool waits);
 
 /// JPEG of an 8-bit gray image; empty where it cannot be.
 std::string EncodeJpeg(const cv::Mat& gray);

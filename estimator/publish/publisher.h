@@ -14,7 +14,7 @@ namespace tagtwist::internal {
 struct PublishOptions {
   std::vector<std::string> udp;  // "host:port"
   std::string mcap;              // a file; empty: none
-  std::string record;            // a folder for the images; empty: none
+  std::string record;            // a folder or an .mkv for the images; empty: none
   bool page = false, foxglove = false;
   uint16_t port = 0;                  // of both; 0: any that is free
   std::optional<std::string> listen;  // an IP address, with a token; nullopt: this machine alone

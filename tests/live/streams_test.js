@@ -128,6 +128,34 @@ async function readMcap(name) {
   return { messages: out, done: reader.done() };
 }
 
+// As Foxglove seeks: by the index at the file's end, messages of some topics from some time on.
+async function readIndexed(name, args) {
+  const bytes = fs.readFileSync(path.join(folder, name));
+  const readable = { size: async () => BigInt(bytes.length),
+    read: async (offset, size) => bytes.subarray(Number(offset), Number(offset + size)) };
+  const reader = await mcap.McapIndexedReader.Initialize({ readable });
+  const out = [];
+  for await (const message of reader.readMessages(args)) {
+    out.push([reader.channelsById.get(message.channelId).topic, JSON.parse(Buffer.from(message.data).toString())]);
+  }
+  return { messages: out, reader };
+}
+
+// What a run that is killed has written is there, to the last message.
+async function checkKilled() {
+  const rowsOf = () => (fs.existsSync(path.join(folder, "killed.csv")) ?
+    fs.readFileSync(path.join(folder, "killed.csv"), "utf8").split("\n").length - 2 : 0);
+  const program = spawn(path.join(programs, "tagtwist_estimate"), ["--dataset", "flight", "--sliding_window", "--realtime", "--output",
+    "killed", "--publish", "mcap:killed.mcap", "--publish", "csv:killed.csv"], { cwd: folder, stdio: "ignore" });
+  const gone = new Promise((resolve) => program.on("exit", resolve));
+  while (rowsOf() < 50 && program.exitCode === null) await new Promise((resolve) => setTimeout(resolve, 5));
+  program.kill("SIGKILL");
+  await gone;
+  const rows = rowsOf(), killed = await readMcap("killed.mcap"), states = countTopics(killed.messages)["/tagtwist/body/state"];
+  console.log("mcap, killed:", states, "of", rows, "frames");
+  assert(rows >= 50 && !killed.done && states > rows - 10);
+}
+
 function countTopics(messages) {
   const counts = {};
   for (const [topic] of messages) counts[topic] = (counts[topic] || 0) + 1;
@@ -165,11 +193,24 @@ async function main() {
   assert(file.done);
   assert.strictEqual(countTopics(file.messages)["/tagtwist/body/state"], rows.size);
 
-  // Cut anywhere the file reads as far as it goes.
+  const indexed = await readIndexed("out.mcap");
+  for (const [topic, message] of indexed.messages) checkMessage(topic, message, rows);
+  assert.deepStrictEqual(countTopics(indexed.messages), countTopics(file.messages));
+  const { statistics, chunkIndexes } = indexed.reader;
+  console.log("mcap:", chunkIndexes.length, "chunks");
+  assert(chunkIndexes.length >= seconds && statistics.chunkCount === chunkIndexes.length);
+  assert.strictEqual(Number(statistics.messageCount), file.messages.length);
+  const startTime = statistics.messageStartTime + 2500000000n;
+  const late = await readIndexed("out.mcap", { topics: ["/tagtwist/body/state"], startTime });
+  const wanted = [...rows.keys()].filter((key) => BigInt(key.replace(".", "")) >= startTime);
+  assert.deepStrictEqual(late.messages.map(([, state]) => keyOf(state.stamp)), wanted);
+
+  // Cut anywhere the file reads as far as its last whole chunk.
   const whole = fs.readFileSync(path.join(folder, "out.mcap"));
   fs.writeFileSync(path.join(folder, "cut.mcap"), whole.subarray(0, Math.floor(whole.length / 2)));
   const cut = await readMcap("cut.mcap");
-  assert(!cut.done && cut.messages.length > 0.3 * file.messages.length);
+  assert(!cut.done && cut.messages.length > 0.2 * file.messages.length);
+  await checkKilled();
 }
 
 main().catch((fault) => { console.error(fault); process.exitCode = 1; });

@@ -101,5 +101,27 @@ TEST_F(LiveProgram, WhateverOpenCvOpensIsACamera) {
   EXPECT_EQ(Summary()["frames"].get<int>() + Summary()["live"]["frames_dropped"].get<int>(), n);
 }
 
+// Stamps that jitter, so that a container's milliseconds would show.
+TEST_F(LiveProgram, ARecordedRunIsEstimatedAgainFromAFolderAsFromAVideo) {
+  Simulate({"--duration", "2", "--rate", "10", "--jitter_ms", "3"});
+  const std::string folder = Folder();
+  for (const std::string place : {"rec", "rec.mkv"}) {
+    const ProgramRun live =
+        RunProgram(folder, "tagtwist_estimate", Window("flight", {"--record", place}));
+    ASSERT_EQ(live.status, 0) << live.err;
+    const ProgramRun again =
+        RunProgram(folder, "tagtwist_estimate", {"--dataset", place, "--output", place + "_out"});
+    ASSERT_EQ(again.status, 0) << again.err;
+  }
+  EXPECT_EQ(ReadText(folder_ / "rec/timestamps.csv"), ReadText(folder_ / "flight/timestamps.csv"));
+  const std::string states = ReadText(folder_ / "rec_out/states.csv");
+  EXPECT_EQ(std::count(states.begin(), states.end(), '\n'), Rows("flight/timestamps.csv") + 1);
+  EXPECT_EQ(ReadText(folder_ / "rec.mkv_out/states.csv"), states);
+  const ProgramRun over =
+      RunProgram(folder, "tagtwist_estimate", Window("rec", {"--record", "rec.mkv"}));
+  EXPECT_EQ(over.status, 1);
+  EXPECT_NE(over.err.find("rec.mkv: exists already"), std::string::npos) << over.err;
+}
+
 }  // namespace
 }  // namespace tagtwist::internal::live_program_test

@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <map>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <utility>
 
+#include "frontend/io/images/frame_mark.h"
 #include "frontend/io/images/image_file.h"
 
 extern "C" {
@@ -89,8 +94,35 @@ int TurnOf(const AVStream& stream) {
   return static_cast<int>(((quarters % 4) + 4) % 4) * 90;
 }
 
+// Stamps in ns that packets carry beside the container's times.
+class MarkedStamps {
+ public:
+  void Take(const AVPacket& packet) {
+    constexpr size_t kIdBytes = 8;
+    size_t size = 0;
+    const uint8_t* data =
+        av_packet_get_side_data(&packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL, &size);
+    if (data == nullptr || size <= kIdBytes) return;
+    const auto* text = reinterpret_cast<const char*>(data + kIdBytes);
+    const auto t_ns = ReadFrameMark(std::string_view(text, strnlen(text, size - kIdBytes)));
+    if (t_ns) waiting_.emplace(packet.pts, *t_ns);
+  }
+  void Decoded(const AVFrame& frame) {
+    const auto mark = waiting_.find(frame.pts);
+    if (mark == waiting_.end()) return;
+    stamps_ns_.emplace_back(mark->second);
+    waiting_.erase(mark);
+  }
+  const std::vector<std::optional<int64_t>>& stamps_ns() const { return stamps_ns_; }
+
+ private:
+  std::multimap<int64_t, int64_t> waiting_;  // by the container's time, in order of arrival
+  std::vector<std::optional<int64_t>> stamps_ns_;
+};
+
 // Takes what the decoder has ready.
-void TakeFrames(AVCodecContext* decoder, const AVStream& stream, AVFrame* frame, VideoTimes* out) {
+void TakeFrames(AVCodecContext* decoder, const AVStream& stream, AVFrame* frame,
+                MarkedStamps* marked, VideoTimes* out) {
   const int64_t start = stream.start_time == AV_NOPTS_VALUE ? 0 : stream.start_time;
   while (avcodec_receive_frame(decoder, frame) >= 0) {
     const int64_t time = frame->best_effort_timestamp;
@@ -100,6 +132,7 @@ void TakeFrames(AVCodecContext* decoder, const AVStream& stream, AVFrame* frame,
       out->stamps_ns.emplace_back(
           av_rescale_q(time - start, stream.time_base, AVRational{1, 1'000'000'000}));
     }
+    marked->Decoded(*frame);
     av_frame_unref(frame);
   }
 }
@@ -152,15 +185,21 @@ Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits)
   out.turn_clockwise_deg = TurnOf(stream);
   const std::unique_ptr<AVFrame, FreeFrame> frame(av_frame_alloc());
   const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
+  MarkedStamps marked;
   while (av_read_frame(input.get(), packet.get()) >= 0) {
     if (packet->stream_index == index) {
+      marked.Take(*packet);
       avcodec_send_packet(decoder.get(), packet.get());
-      TakeFrames(decoder.get(), stream, frame.get(), &out);
+      TakeFrames(decoder.get(), stream, frame.get(), &marked, &out);
     }
     av_packet_unref(packet.get());
   }
   avcodec_send_packet(decoder.get(), nullptr);
-  TakeFrames(decoder.get(), stream, frame.get(), &out);
+  TakeFrames(decoder.get(), stream, frame.get(), &marked, &out);
+  if (marked.stamps_ns().size() == out.stamps_ns.size()) {  // all frames have one
+    out.stamps_ns = marked.stamps_ns();
+    out.step_s = 0;
+  }
   return out;
 }
 

@@ -11,8 +11,9 @@ namespace tagtwist::internal {
 
 /// What a video's container says of its frames.
 struct VideoTimes {
-  /// Of the frames in the order in which the decoder hands them out: presentation times since the
-  /// stream's start; nullopt where the container has none.
+  /// Of the frames in the order in which the decoder hands them out: the stamps that they carry
+  /// (frame_mark.h) where all have one, or presentation times since the stream's start; nullopt
+  /// where the container has none.
   std::vector<std::optional<int64_t>> stamps_ns;
   double rate_hz = 0;            // the average that the container tells; 0: none
   int64_t announced_frames = 0;  // by the container's header; 0: it does not say
