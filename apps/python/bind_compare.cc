@@ -15,14 +15,14 @@ std::string PathOf(const py::object& object) {
 }
 
 // The trajectories of what compare() was given, and the truth that came with them.
-ReadResults ToResults(const py::object& object) {
+ReadResults ToResults(const py::object& object, const Limits& limits) {
   ReadResults out;
   if (!py::isinstance<TrajectoryArrays>(object)) {
     if (!py::isinstance<py::str>(object) && !py::hasattr(object, "__fspath__")) {
       throw Refusal("estimate: expected a path, Estimate, States or Trajectory, got " +
                     Describe(object));
     }
-    return TakeOrRaise(ReadResultsAt(PathOf(object)));
+    return TakeOrRaise(ReadResultsAt(PathOf(object), limits));
   }
   const auto& trajectory = object.cast<const TrajectoryArrays&>();
   if (!py::isinstance<StatesArrays>(object)) {
@@ -41,14 +41,14 @@ ReadResults ToResults(const py::object& object) {
   return out;
 }
 
-std::vector<TruthSample> TruthFrom(const py::object& object) {
+std::vector<TruthSample> TruthFrom(const py::object& object, const Limits& limits) {
   if (py::isinstance<TrajectoryArrays>(object)) {
     return ToTruth(object.cast<const TrajectoryArrays&>());
   }
   if (!py::isinstance<py::str>(object) && !py::hasattr(object, "__fspath__")) {
     throw Refusal("truth: expected a path or Trajectory, got " + Describe(object));
   }
-  return TakeOrRaise(ReadGroundTruth(PathOf(object)));
+  return TakeOrRaise(ReadGroundTruth(PathOf(object), limits));
 }
 
 EvaluationOptions ToOptions(const std::string& align, const py::object& time_offset_s,
@@ -90,11 +90,12 @@ py::dict FiguresByName(const std::string& json) {
 
 py::dict CompareThem(const py::object& estimate, const py::object& truth, const std::string& align,
                      const py::object& time_offset_s, double rpe_seconds, int rpe_frames,
-                     double rpe_metres) {
+                     double rpe_metres, const LimitValues& limit_values) {
   const EvaluationOptions options =
       ToOptions(align, time_offset_s, rpe_seconds, rpe_frames, rpe_metres);
-  ReadResults results = ToResults(estimate);
-  if (!truth.is_none()) results.truth = TruthFrom(truth);
+  const Limits limits = ToLimits(limit_values);
+  ReadResults results = ToResults(estimate, limits);
+  if (!truth.is_none()) results.truth = TruthFrom(truth, limits);
   if (results.truth.empty()) throw Refusal("truth: needed, for none came with the estimate");
   std::optional<Result<Comparison>> comparison;
   {
@@ -110,6 +111,7 @@ void BindCompare(py::module_& module) {
   module.def("compare", &CompareThem, py::arg("estimate"), py::arg("truth") = py::none(),
              py::kw_only(), py::arg("align") = "none", py::arg("time_offset_s") = 0.0,
              py::arg("rpe_seconds") = 1.0, py::arg("rpe_frames") = 1, py::arg("rpe_metres") = 1.0,
+             py::arg("limits") = py::none(),
              R"(Figures of trajectories against ground truth: tagtwist_compare as a call.
 
 estimate       Estimate, States, Trajectory, or a path that tagtwist_compare takes
@@ -118,6 +120,7 @@ align          "none"; "se3": the world moved rigidly onto the truth's; "handeye
                rigid transform between the body and the frame that the truth measures
 time_offset_s  seconds that the truth's clock is ahead, or "estimate"
 rpe_seconds, rpe_frames, rpe_metres  steps of the relative errors
+limits         {"file_bytes": 1e10}: what the files may ask for at most; the keys of --limits
 
 Returns {name: figures}; names are "closed form", "optimised", ... Figures: position_rmse_m,
 rotation_rmse_rad (ATE), rpe_time, rpe_frames, rpe_distance, velocity_rmse_mps,

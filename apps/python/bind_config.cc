@@ -29,9 +29,11 @@ TagMapFile MapFile(const OptionalPath& path, std::optional<double> tag_size_m,
 
 Config Load(const OptionalPath& path, const OptionalPath& camera_file, const std::string& camera,
             const OptionalPath& map, std::optional<double> tag_size_m,
-            const std::string& tag_family, const std::vector<int>& movable_tags) {
+            const std::string& tag_family, const std::vector<int>& movable_tags,
+            const LimitValues& limits) {
   return TakeOrRaise(LoadConfig(ConfigFiles{TextOf(path), TextOf(camera_file), camera,
-                                            MapFile(map, tag_size_m, tag_family), movable_tags}));
+                                            MapFile(map, tag_size_m, tag_family), movable_tags,
+                                            ToLimits(limits)}));
 }
 
 // An option as Python has it: an enum is its name.
@@ -212,6 +214,7 @@ void BindConfig(py::module_& module) {
              py::arg("camera_file") = py::none(), py::arg("camera") = "",
              py::arg("map") = py::none(), py::arg("tag_size_m") = py::none(),
              py::arg("tag_family") = "", py::arg("movable_tags") = std::vector<int>(),
+             py::arg("limits") = py::none(),
              R"(Config from a YAML file; without one, the defaults of configs/course.yaml.
 
 camera_file  calibration instead of the file's camera: Kalibr, OpenCV, ROS
@@ -219,21 +222,24 @@ camera       which of its cameras, "cam1"
 map          tag map instead of the file's: Kalibr, WPILib, TagSLAM
 tag_size_m   side of a black square [m], where the map does not say it
 tag_family   where the map does not say it
-movable_tags ids of tags that may be anywhere: passed over)");
+movable_tags ids of tags that may be anywhere: passed over
+limits       {"frame_pixels": 4e8}: what these files, and the recordings that are read with the
+             Config, may ask for at most; the keys of --limits)");
   module.def(
       "read_camera",
-      [](const fs::path& path, const std::string& name) {
-        return TakeOrRaise(ReadCameraFile(path.string(), name)).camera;
+      [](const fs::path& path, const std::string& name, const LimitValues& limits) {
+        return TakeOrRaise(ReadCameraFile(path.string(), name, ToLimits(limits))).camera;
       },
-      py::arg("path"), py::arg("name") = "",
+      py::arg("path"), py::arg("name") = "", py::kw_only(), py::arg("limits") = py::none(),
       "Camera from a calibration: Kalibr, OpenCV, ROS, or a configuration.");
   module.def(
       "read_map",
-      [](const fs::path& path, std::optional<double> tag_size_m, const std::string& family) {
-        return TakeOrRaise(ReadTagMapFile(MapFile(path, tag_size_m, family)));
+      [](const fs::path& path, std::optional<double> tag_size_m, const std::string& family,
+         const LimitValues& limits) {
+        return TakeOrRaise(ReadTagMapFile(MapFile(path, tag_size_m, family), ToLimits(limits)));
       },
       py::arg("path"), py::kw_only(), py::arg("tag_size_m") = py::none(),
-      py::arg("tag_family") = "",
+      py::arg("tag_family") = "", py::arg("limits") = py::none(),
       "TagMap from a file: Kalibr aprilgrid, WPILib, TagSLAM, or a configuration.");
 }
 

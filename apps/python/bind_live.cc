@@ -18,9 +18,10 @@ namespace tagtwist::internal::python {
 namespace {
 
 Result<std::unique_ptr<DataSource>> OpenPlace(const std::string& place, const Config& config) {
-  return IsCamera(place) ? OpenCameraSource(place, config.set_up.rig.front().camera, SteadyNowNs)
-                         : OpenRecording(place, config,
-                                         RecordingOptions(config, /*use_detections=*/false, true));
+  return IsCamera(place)
+             ? OpenCameraSource(place, config.set_up.rig.front().camera, SteadyNowNs, config.limits)
+             : OpenRecording(place, config,
+                             RecordingOptions(config, /*use_detections=*/false, true));
 }
 
 // tagtwist.Live: states as their frames come. Memory does not grow with the frames.

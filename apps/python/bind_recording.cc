@@ -16,8 +16,9 @@ namespace {
 // tagtwist.Recording: an iterator over a DataSource.
 class Recording {
  public:
-  Recording(const std::filesystem::path& path, bool use_detections)
-      : source_(TakeOrRaise(OpenDataSource(path.string(), {use_detections, !use_detections, {}}))),
+  Recording(const std::filesystem::path& path, bool use_detections, const LimitValues& limits)
+      : source_(TakeOrRaise(OpenDataSource(
+            path.string(), {use_detections, !use_detections, {}, {}, {}, ToLimits(limits)}))),
         use_detections_(use_detections) {}
 
   py::tuple Next() {
@@ -59,27 +60,28 @@ class Recording {
 void BindRecording(py::module_& module) {
   py::class_<Recording>(module, "Recording", R"(Frames of a recording, one after another.
 
-Recording(path, use_detections=False)
+Recording(path, use_detections=False, limits=None)
 
 path            video, course .mat, EuRoC/ASL folder, folder of images
 use_detections  the recording's own detections instead of its images
+limits          {"frame_pixels": 4e8}: what its files may ask for at most; the keys of --limits
 
     for t_ns, image in tagtwist.Recording("flight.mp4"):
 
 image is uint8 (H, W), or None where it cannot be decoded; with use_detections it is a list
 of Detection.)")
-      .def(py::init<const std::filesystem::path&, bool>(), py::arg("path"), py::kw_only(),
-           py::arg("use_detections") = false)
+      .def(py::init<const std::filesystem::path&, bool, const LimitValues&>(), py::arg("path"),
+           py::kw_only(), py::arg("use_detections") = false, py::arg("limits") = py::none())
       .def("__iter__", [](Recording& self) -> Recording& { return self; })
       .def("__next__", &Recording::Next)
       .def_property_readonly("truth", &Recording::Truth,
                              "ground truth that came with it, a Trajectory or None");
   module.def(
       "read_truth",
-      [](const std::filesystem::path& path) {
-        return ToTrajectory(TakeOrRaise(ReadGroundTruth(path.string())));
+      [](const std::filesystem::path& path, const LimitValues& limits) {
+        return ToTrajectory(TakeOrRaise(ReadGroundTruth(path.string(), ToLimits(limits))));
       },
-      py::arg("path"),
+      py::arg("path"), py::kw_only(), py::arg("limits") = py::none(),
       "Trajectory from a file: CSV with columns t,x,y,z,qx,qy,qz,qw, TUM, EuRoC or course .mat.");
 }
 

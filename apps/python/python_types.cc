@@ -3,6 +3,8 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
+#include "frontend/base/set_limit.h"
+
 namespace tagtwist::internal::python {
 namespace {
 
@@ -19,6 +21,18 @@ std::vector<py::ssize_t> ShapeOf(const py::array& array) {
 }
 
 }  // namespace
+
+Limits ToLimits(const LimitValues& values) {
+  Limits out;
+  if (!values) return out;
+  for (const auto& [name, value] : *values) {
+    if (const Status set = SetLimit(name, value, &out); !set) {
+      throw Refusal("limits: " + set.error().message);
+    }
+  }
+  if (const auto problem = out.Problem()) throw Refusal("limits: " + *problem);
+  return out;
+}
 
 std::string Describe(const py::handle& object) {
   if (!py::isinstance<py::array>(object)) {

@@ -3,12 +3,15 @@
 #include <pybind11/pybind11.h>
 
 #include <cstdint>
+#include <map>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/types/measurements.h"
 
@@ -30,6 +33,10 @@ T TakeOrRaise(Result<T> result) {
   if (!result) throw Refusal(result.error().message);
   return std::move(*result);
 }
+
+/// What files may ask for at most, by name; None: the defaults.
+using LimitValues = std::optional<std::map<std::string, double>>;
+Limits ToLimits(const LimitValues& values);
 
 /// What an object is, for messages: "an array of float64, shape (3, 4)", "str".
 std::string Describe(const py::handle& object);

@@ -104,8 +104,9 @@ std::string FormatFleetCsv(const Fleet& fleet) {
 
 std::string FormatFleetJson(const Fleet& fleet, const Fleet* old_fleet,
                             const FleetChanges* changes) {
-  Json out;
+  Json out = Json::object();
   out["place"] = fleet.place;
+  out["counts"] = Json::object();
   for (const FleetOutcome outcome :
        {FleetOutcome::kDone, FleetOutcome::kFailed, FleetOutcome::kUnfinished}) {
     out["counts"][NameOf(outcome)] = CountOf(fleet, outcome);

@@ -47,7 +47,7 @@ PoseSeries ToSeries(const std::vector<TruthSample>& truth) {
 }
 
 nlohmann::ordered_json MappingJson(const Mapping& mapping) {
-  nlohmann::ordered_json out;
+  nlohmann::ordered_json out = nlohmann::ordered_json::object();
   out["corner_sigma_px"] = mapping.corner_sigma_px;
   out["added"] = nlohmann::ordered_json::array();
   for (size_t i = 0; i < mapping.map.tags().size(); ++i) {

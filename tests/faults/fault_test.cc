@@ -106,5 +106,24 @@ TEST_F(Faults, OtherProgramsLeaveNothingHalfWritten) {
   }
 }
 
+TEST_F(Faults, MemoryThatEndsAnywhereIsOneLine) {
+  const Arguments compare = {"o.tum", "--ground_truth", "o.tum", "--json", "out"};
+  ASSERT_EQ(Run("tagtwist_compare", compare, "").status, 0);
+  const std::string whole = ReadText(std::string(folder_ / "out"));
+  int told = 0;
+  for (int n = 1; n <= 600; n += 7) {
+    fs::remove(folder_ / "out");
+    const ProgramRun run = Run("tagtwist_compare", compare, "malloc:" + std::to_string(n));
+    if (run.status == 0) continue;
+    EXPECT_EQ(run.status, 1) << n << run.err;
+    EXPECT_TRUE(IsOneLine(run.err)) << n << run.err;
+    if (fs::exists(folder_ / "out")) {
+      EXPECT_EQ(ReadText(std::string(folder_ / "out")), whole) << n;
+    }
+    ++told;
+  }
+  EXPECT_GE(told, 40);
+}
+
 }  // namespace
 }  // namespace tagtwist::internal::fault_test

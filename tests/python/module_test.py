@@ -356,6 +356,26 @@ class Refusals(FlightTest):
         self.refuse("align: expected none, se3 or handeye, got 'sim3'", tagtwist.compare, "x",
                     align="sim3")
 
+    def test_limits(self):
+        course, truth = f"{SOURCE}/configs/course.yaml", f"{flight.path}/ground_truth.csv"
+        with self.assertRaisesRegex(tagtwist.Error, "nodes"):
+            tagtwist.load_config(course, limits={"nodes": 10})
+        with self.assertRaisesRegex(tagtwist.Error, "key_bytes"):
+            tagtwist.read_camera(course, limits={"key_bytes": 10})
+        with self.assertRaisesRegex(tagtwist.Error, "depth"):
+            tagtwist.read_map(course, limits={"depth": 1})
+        for read in tagtwist.read_truth, tagtwist.compare:
+            with self.assertRaisesRegex(tagtwist.Error, "file_bytes"):
+                read(truth, limits={"file_bytes": 100})
+        self.assertIsNone(next(tagtwist.Recording(flight.path, limits={"frame_pixels": 100}))[1])
+        with self.assertRaisesRegex(tagtwist.Error, "frame_pixels"):
+            tagtwist.estimate(tagtwist.load_config(limits={"frame_pixels": 100}), flight.path)
+        self.assertGreater(len(tagtwist.read_map(course, limits={"nodes": 1e6})), 0)
+        self.refuse("limits: no limit node: did you mean nodes?", tagtwist.load_config,
+                    limits={"node": 1})
+        self.refuse("limits: nodes: expected a whole number, got 1.5", tagtwist.read_map, course,
+                    limits={"nodes": 1.5})
+
 
 class Help(unittest.TestCase):
     def test_everything_is_explained(self):

@@ -158,7 +158,7 @@ Json PercentilesJson(const std::vector<double>& values) {
 }
 
 Json AccuracyJson(const Accuracy& a) {
-  Json out;
+  Json out = Json::object();
   out["position_rmse_m"] = a.position_m.rmse;
   out["rotation_rmse_rad"] = a.rotation_rad.rmse;
   if (a.velocity_mps) out["velocity_rmse_mps"] = a.velocity_mps->rmse;
@@ -201,7 +201,7 @@ Json AlignmentJson(const Alignment& a) {
 
 Json FailureJson(const std::string& error, const std::vector<std::string>& warnings,
                  const RunFacts& facts) {
-  Json out;
+  Json out = Json::object();
   out["status"] = "failed";
   out["error"] = error;
   out["warnings"] = warnings;
@@ -213,7 +213,7 @@ Json FailureJson(const std::string& error, const std::vector<std::string>& warni
 
 Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& rows,
                  const RunFacts& facts) {
-  Json out;
+  Json out = Json::object();
   out["mode"] = ToString(estimate.mode);
   out["frames"] = estimate.frames.size();
   out["frames_estimated"] =
@@ -237,6 +237,7 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   out["bound"] = BoundsJson(estimate, rows);
   for (const ComparisonRow& row : rows) {
     if (row.key == ComparisonKey::kNone || !row.accuracy) continue;
+    if (!out.contains("accuracy")) out["accuracy"] = Json::object();
     out["accuracy"][NameOf(row.key)] = AccuracyJson(*row.accuracy);
   }
   out["dataset"] = facts.dataset;

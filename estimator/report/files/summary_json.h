@@ -10,6 +10,8 @@
 namespace tagtwist::internal {
 
 /// Indented text with a final line end; bytes that are not UTF-8 (of file names) are replaced.
+/// Objects begin as Json::object(): a null that operator[] would make one is not whole, and ends
+/// the process where it is destroyed, if memory ends just then.
 std::string FormatJson(const nlohmann::ordered_json& json);
 
 /// Median, 99th percentile and largest; null where nothing was measured.

@@ -91,12 +91,12 @@ Result<Comparison> Compare(std::vector<NamedSeries> series, std::vector<TruthSam
 
 std::string FormatComparisonJson(const Comparison& c) {
   using Json = nlohmann::ordered_json;
-  Json out;
+  Json out = Json::object();
   out["ground_truth"] = c.truth.empty() ? Json(nullptr) : Json(c.truth_path);
   out["align"] = ToString(c.options.alignment.kind);
   out["inputs"] = Json::array();
   for (const ComparisonRow& row : c.rows) {
-    Json input;
+    Json input = Json::object();
     input["name"] = row.name;
     input["frames"] = row.frames;
     if (row.accuracy) {
