@@ -29,10 +29,13 @@ DEFINE_string(
     "Recording of the tags: a video, a folder of images, or camera:0, which says what to show "
     "next. Needed.");
 DEFINE_string(topic, "", "Of the images in a ROS bag; the only one that has any where left out.");
-DEFINE_string(map, "",
-              "Where the tags are: the kinds of file that tagtwist_estimate takes. Needed.");
+DEFINE_string(
+    map, "",
+    "Where the tags are: the kinds of file that tagtwist_estimate takes. Without it that is "
+    "learned from the recording, of tags of one size on one sheet.");
 DEFINE_double(tag_size_m, 0, "Side of a tag's black square, where --map does not say it.");
-DEFINE_string(tag_family, "", "The tags' family, where --map does not say it.");
+DEFINE_string(tag_family, "",
+              "The tags' family, where --map does not say it; tag36h11 without --map.");
 DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
 DEFINE_string(image_size, "",
@@ -49,7 +52,7 @@ namespace {
 Usage CameraUsage() {
   Usage usage;
   usage.program = "tagtwist_camera";
-  usage.synopsis = "--from RECORDING|camera:N --map FILE --output camera.yaml";
+  usage.synopsis = "--from RECORDING|camera:N [--map FILE] --output camera.yaml";
   usage.summary =
       "Calibrates a camera of which nothing is known from a recording of a map of AprilTags: "
       "model\n"
@@ -60,10 +63,12 @@ Usage CameraUsage() {
        {"from", "topic", "use_detections", "image_size", "map", "tag_size_m", "tag_family"}},
       {"What to write", {"output", "picture", "accept_poor"}},
       {"Running", {"limits"}}};
-  usage.examples = {{"A webcam, before a sheet that is tilted about before it",
-                     "tagtwist_camera --from sheet.mp4 --map april_6x6.yaml --output camera.yaml"},
-                    {"The same live; it says what to show next",
-                     "tagtwist_camera --from camera:0 --map april_6x6.yaml --output camera.yaml"}};
+  usage.examples = {
+      {"A webcam, before a sheet that is tilted about before it",
+       "tagtwist_camera --from sheet.mp4 --map april_6x6.yaml --output camera.yaml"},
+      {"Of a sheet that nobody measured", "tagtwist_camera --from sheet.mp4 --output camera.yaml"},
+      {"The same live; it says what to show next",
+       "tagtwist_camera --from camera:0 --map april_6x6.yaml --output camera.yaml"}};
   return usage;
 }
 
@@ -117,11 +122,19 @@ Result<LensFound> Find(const TagMap& map, const Limits& limits, CleanEnd* end) {
   return GuideCamera(job, map, camera->get(), {tell, end->AskFirst()});
 }
 
-Status Run(const Limits& limits, CleanEnd* end) {
-  if (const auto kept = CheckInputsAreKept(); !kept) return kept;
+// Without --map one without tags, of their family.
+Result<TagMap> MapOfFlags(const Limits& limits) {
+  if (FLAGS_map.empty()) {
+    return TagMap(FLAGS_tag_family.empty() ? "tag36h11" : FLAGS_tag_family, {});
+  }
   TagMapFile file{FLAGS_map, {}, FLAGS_tag_family};
   if (FLAGS_tag_size_m > 0) file.tag_size_m = FLAGS_tag_size_m;
-  const auto map = ReadTagMapFile(file, limits);
+  return ReadTagMapFile(file, limits);
+}
+
+Status Run(const Limits& limits, CleanEnd* end) {
+  if (const auto kept = CheckInputsAreKept(); !kept) return kept;
+  const auto map = MapOfFlags(limits);
   if (!map) return map.error();
   const auto found = Find(*map, limits, end);
   if (!found) return found.error();
@@ -139,10 +152,10 @@ Status Run(const Limits& limits, CleanEnd* end) {
 }
 
 std::string WrongFlags() {
-  for (const auto& [flag, value] :
-       {std::pair("--from", FLAGS_from), {"--map", FLAGS_map}, {"--output", FLAGS_output}}) {
+  for (const auto& [flag, value] : {std::pair("--from", FLAGS_from), {"--output", FLAGS_output}}) {
     if (value.empty()) return std::string(flag) + ": needed, and not given";
   }
+  if (FLAGS_map.empty() && FLAGS_tag_size_m > 0) return "--tag_size_m: needs --map";
   if (!(FLAGS_tag_size_m >= 0)) return "--tag_size_m: expected > 0";
   if (!ImageSizeOf(FLAGS_image_size)) {
     return "--image_size: expected WIDTHxHEIGHT in pixels, got '" + FLAGS_image_size + "'";

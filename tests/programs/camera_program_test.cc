@@ -102,6 +102,34 @@ TEST_F(CameraProgram, WritesACameraThatTheEstimateTakes) {
   EXPECT_LT(summary["reprojection_px"]["median"].get<double>(), 0.2);
 }
 
+TEST_F(CameraProgram, LearnsWhereTheTagsOfASheetAre) {
+  Film(0.8, {"--images=false", "--corner_noise_px", "0.1", "--rate", "10"});
+  std::vector<std::string> arguments = {"--from",   "film",        "--image_size",    "320x240",
+                                        "--output", "camera.yaml", "--use_detections"};
+  const ProgramRun run = Run("tagtwist_camera", arguments);
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("learned with it: where the 36 tags are"));
+  const auto summary = Estimate({"--use_detections"});
+  EXPECT_EQ(summary["frames"], summary["frames_estimated"]);
+  EXPECT_LT(summary["reprojection_px"]["median"].get<double>(), 0.2);
+  const std::string camera = ReadText(folder_ / "camera.yaml");
+  EXPECT_NEAR(std::stod(camera.substr(camera.find("\n  fx: ") + 7)) / 231.7, 1, 0.005);
+
+  WriteText(folder_ / "two.yaml",
+            "tag_map:\n  family: tag36h11\n  tags:\n"
+            "    - {id: 0, size_m: 0.03, position_m: [0.05, 0.05, 0], rotation: [1, 0, 0, 0, 1, 0, "
+            "0, 0, 1]}\n"
+            "    - {id: 1, size_m: 0.06, position_m: [0.15, 0.1, 0], rotation: [1, 0, 0, 0, 1, 0, "
+            "0, 0, 1]}\n");
+  WriteText(folder_ / "truth.yaml", std::string(kCamera) + ReadText(folder_ / "two.yaml"));
+  std::filesystem::remove_all(folder_ / "film");
+  Film(0.8, {"--images=false", "--corner_noise_px", "0.1", "--rate", "10"});
+  const ProgramRun sizes = Run("tagtwist_camera", arguments);
+  EXPECT_EQ(sizes.status, 1);
+  EXPECT_TRUE(IsOneLine(sizes.err)) << sizes.err;
+  EXPECT_THAT(sizes.err, HasSubstr("are not of one size on one plane (--map FILE says it"));
+}
+
 TEST_F(CameraProgram, RefusesViewsThatTellNothing) {
   Film(0.02, {"--images=false", "--corner_noise_px", "0.1", "--rate", "5"});
   std::vector<std::string> arguments = kByCorners;
@@ -126,7 +154,7 @@ TEST_F(CameraProgram, RefusesWrongUsage) {
   for (const auto& arguments : std::vector<std::vector<std::string>>{
            {},
            {"--from", "film", "--map", "sheet.yaml"},
-           {"--from", "film", "--output", "camera.yaml"},
+           {"--from", "film", "--output", "camera.yaml", "--tag_size_m", "0.03"},
            {"--from", "film", "--map", "sheet.yaml", "--output", "c.yaml", "--image_size", "640"},
            {"--from", "film", "--map", "sheet.yaml", "--output", "c.yaml", "--image_size", "0x2"},
            {"--from", "film", "--map", "s.yaml", "--output", "c.yaml", "--tag_size_m", "-1"},

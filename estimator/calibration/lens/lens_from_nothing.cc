@@ -20,6 +20,7 @@ Result<Calibration> CalibrateLens(const std::vector<FrameMeasurements>& frames, 
   CalibrationInput input;
   input.least_frames = kLeastFrames;
   input.kept = {CalibrationGroup::kPinhole, CalibrationGroup::kDistortion};
+  if (besides.map_always) input.kept.push_back(CalibrationGroup::kMap);
   input.set_up = MakeSetUp(lens.camera, Pose(), map);
   input.options = OptionsOf(lens.kind, besides, map, frames.size());
   return Calibrate(input, frames, {});
@@ -100,7 +101,8 @@ Result<LensFound> Refined(const std::vector<FrameMeasurements>& frames, const Ta
   LensFound out;
   out.kind = lens.kind;
   out.besides.line_time = HasRollingShutter(*calibration);
-  out.besides.map = Helps(*calibration, CalibrationGroup::kMap);
+  out.besides.map_always = besides.map_always;
+  out.besides.map = besides.map_always || Helps(*calibration, CalibrationGroup::kMap);
   if (out.besides.line_time != besides.line_time || out.besides.map != besides.map) {
     calibration = CalibrateLens(frames, map, lens, out.besides);
     if (!calibration) return calibration.error();
@@ -161,14 +163,17 @@ Result<LensFound> FindLens(const std::vector<FrameMeasurements>& frames, const T
                            const LensStarts& starts) {
   BesidesLens besides;
   besides.line_time = ShowsMotion(frames);
+  besides.map = besides.map_always = starts.map_is_learned;
   const auto lens = ChooseKind(frames, map, starts.cameras, starts.best, besides);
   if (!lens) return lens.error();
   auto out = Refined(frames, map, *lens, besides);
   if (!out) return out.error();
-  besides = out->besides;
-  besides.map = map.tags().size() > 1;
-  if (auto with_map = Refined(frames, map, *lens, besides); with_map && with_map->besides.map) {
-    if (FocalSigma(*with_map) < FocalSigma(*out)) out = std::move(with_map);
+  if (!starts.map_is_learned) {
+    besides = out->besides;
+    besides.map = map.tags().size() > 1;
+    if (auto with_map = Refined(frames, map, *lens, besides); with_map && with_map->besides.map) {
+      if (FocalSigma(*with_map) < FocalSigma(*out)) out = std::move(with_map);
+    }
   }
   out->views = JudgeViews(frames, map, out->calibration.set_up.rig.front().camera);
   out->missing = MissingOf(*out);

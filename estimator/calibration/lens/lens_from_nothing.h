@@ -21,6 +21,7 @@ struct LensStarts {
   ViewsJudged views;                 // by the best
   std::vector<std::string> missing;  // MissingOf(views)
   std::vector<int64_t> stamps_ns;    // SpreadOver(views)
+  bool map_is_learned = false;       // from the same frames: then it is refined in any case
 };
 /// An error where no frame shows two tags of one plane of the map.
 Result<LensStarts> StartLens(const std::vector<FrameMeasurements>& frames, const TagMap& map,
@@ -43,7 +44,7 @@ struct LensFound {
 };
 /// Kind by frames that are left out, refinement, halves. The line time is refined where that helps
 /// frames that are left out, the tags' poses where, besides, the focal length is known better for
-/// it, by the halves. Errors: too few frames.
+/// it, by the halves; those of a learned map always. Errors: too few frames.
 Result<LensFound> FindLens(const std::vector<FrameMeasurements>& frames, const TagMap& map,
                            const LensStarts& starts);
 

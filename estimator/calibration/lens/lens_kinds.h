@@ -22,8 +22,9 @@ LensModel ModelOf(LensKind kind);
 
 /// What of the set-up is refined besides the lens.
 struct BesidesLens {
-  bool line_time = false;  // of frames whose motion their neighbours tell
-  bool map = false;        // poses of the tags
+  bool line_time = false;   // of frames whose motion their neighbours tell
+  bool map = false;         // poses of the tags
+  bool map_always = false;  // whatever they help: the map was learned from the same frames
 };
 
 /// Priors that hold nothing of the lens but what the kind leaves out, and everything else that is

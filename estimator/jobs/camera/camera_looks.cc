@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "estimator/calibration/lens/layout_from_nothing.h"
 #include "estimator/jobs/camera/measure_looks.h"
 #include "frontend/tags/tag_finder.h"
 #include "frontend/types/rig.h"
@@ -50,6 +51,7 @@ Status TakeSize(const Frame& frame, Looks* looks) {
 
 std::vector<TagDetection> TagsOfMap(const std::vector<TagDetection>& tags, const TagMap& map,
                                     const Looks& size, double border_px) {
+  const bool is_any = map.tags().empty();
   std::map<int, int> count;
   for (const TagDetection& tag : tags) ++count[tag.id];
   std::vector<TagDetection> out;
@@ -58,8 +60,31 @@ std::vector<TagDetection> TagsOfMap(const std::vector<TagDetection>& tags, const
       return c.x() >= border_px && c.y() >= border_px && c.x() <= size.width - 1 - border_px &&
              c.y() <= size.height - 1 - border_px;
     });
-    if (is_whole && count[tag.id] == 1 && map.Find(tag.id) != nullptr) out.push_back(tag);
+    if (is_whole && count[tag.id] == 1 && (is_any || map.Find(tag.id) != nullptr))
+      out.push_back(tag);
   }
+  return out;
+}
+
+Result<StartedLooks> StartLooks(const TagMap& map, const Looks& looks,
+                                const std::vector<FrameMeasurements>& first) {
+  constexpr double kAnySideM = 0.1;
+  StartedLooks out{map, first, {}};
+  const bool learns = map.tags().empty();
+  if (learns) {
+    auto layout = LayoutFromNothing(first, {looks.width, looks.height, map.family(), kAnySideM});
+    if (!layout) {
+      return Error{
+          "without --map where the tags are is learned, and cannot be: " + layout.error().message +
+          " (--map FILE says it, --tag_family their family, " + map.family() + ")"};
+    }
+    out.map = std::move(*layout);
+    out.frames = OfMap(first, out.map);
+  }
+  auto starts = StartLens(out.frames, out.map, looks.width, looks.height);
+  if (!starts) return starts.error();
+  out.starts = std::move(*starts);
+  out.starts.map_is_learned = learns;
   return out;
 }
 
@@ -68,23 +93,25 @@ Result<LensFound> FindLensOfLooks(const CameraJob& job, const TagMap& map, const
   const auto named = [&](const Error& error) {
     return Error{job.recording + ": " + error.message};
   };
-  auto starts = StartLens(first, map, looks.width, looks.height);
-  if (!starts) return named(starts.error());
-  if (!starts->missing.empty() && !job.accepts_poor) {
-    return named({"not calibrated, since its views are not good: " + AsSentence(starts->missing) +
+  auto started = StartLooks(map, looks, first);
+  if (!started) return named(started.error());
+  LensStarts& starts = started->starts;
+  if (!starts.missing.empty() && !job.accepts_poor) {
+    return named({"not calibrated, since its views are not good: " + AsSentence(starts.missing) +
                   " (--accept_poor calibrates all the same)"});
   }
-  const std::vector<FrameMeasurements> spread = OfStamps(first, starts->stamps_ns);
-  auto found = FindLens(spread, map, *starts);
+  auto found = FindLens(OfStamps(started->frames, starts.stamps_ns), started->map, starts);
   if (!found) return named(found.error());
   if (job.use_detections) return found;
-  const Camera& camera = found->calibration.set_up.rig.front().camera;
-  const auto measured =
-      PatternCorners(job, OfStamps(looks.looks, starts->stamps_ns), MakeSetUp(camera, Pose(), map));
+  const SetUp& set_up = found->calibration.set_up;
+  const Camera& camera = set_up.rig.front().camera;
+  const TagMap& where = starts.map_is_learned ? set_up.map : started->map;
+  const auto measured = PatternCorners(job, OfStamps(looks.looks, starts.stamps_ns),
+                                       MakeSetUp(camera, Pose(), where));
   if (!measured) return measured.error();
-  starts->cameras = {{camera.lens, camera}};
-  starts->best = camera.lens;
-  auto refined = FindLens(*measured, map, *starts);
+  starts.cameras = {{camera.lens, camera}};
+  starts.best = camera.lens;
+  auto refined = FindLens(*measured, where, starts);
   if (!refined) return named(refined.error());
   return refined;
 }

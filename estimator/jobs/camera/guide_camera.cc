@@ -64,10 +64,9 @@ bool Take(const Frame& frame, std::vector<TagDetection> tags, Kept* kept) {
 std::optional<LensFound> TryLens(const CameraJob& job, const TagMap& map, const Kept& kept,
                                  const CameraGuide& guide) {
   const std::string head = std::to_string(kept.first.size()) + " frames kept; ";
-  const auto starts = StartLens(kept.first, map, kept.looks.width, kept.looks.height);
-  if (!starts) return std::nullopt;
-  if (!starts->missing.empty()) {
-    guide.tell(head + AsSentence(starts->missing));
+  const auto started = StartLooks(map, kept.looks, kept.first);
+  if (!started || !started->starts.missing.empty()) {
+    guide.tell(head + (started ? AsSentence(started->starts.missing) : started.error().message));
     return std::nullopt;
   }
   guide.tell(head + "calibrating");
@@ -98,7 +97,7 @@ Result<LensFound> GuideCamera(const CameraJob& job, const TagMap& map, DataSourc
     if (!Take(**frame, std::move(tags), &kept) || ++n_new % kEvery != 0) continue;
     if (auto found = TryLens(job, map, kept, guide)) return std::move(*found);
   }
-  if (kept.first.empty()) return Error{job.recording + ": no frame showed two tags of the map"};
+  if (kept.first.empty()) return Error{job.recording + ": no frame showed two tags"};
   return FindLensOfLooks(job, map, kept.looks, kept.first);
 }
 

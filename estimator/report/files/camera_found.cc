@@ -43,6 +43,10 @@ std::string BesidesLine(const LensFound& found) {
                   1e6 * c.set_up.rig.front().line_time_s, 1e6 * found.inflation() * c.sigma(entry));
   }
   if (!found.besides.map) return out;
+  if (found.besides.map_always) {
+    return out + (out.empty() ? "" : "; ") +
+           Format("learned with it: where the %zu tags are, all of one size", c.given.tags.size());
+  }
   double squares = 0;
   for (size_t i = 0; i < c.given.tags.size(); ++i) {
     squares += (c.refined.tags[i].world_from_tag.translation() -
