@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "estimator/graph/graph_builder.h"
 #include "estimator/motion/motion_profile.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
@@ -26,6 +27,40 @@ PartLikelihoods BestOfOneDensity(const MotionHistory& history, const NoiseModel&
   return best;
 }
 
+// What a second solve changes, to be had back should it be no better.
+struct Before {
+  std::vector<GraphFrame> frames;  // without their tags
+  std::vector<TrackSegment> segments;
+  bool has_factors = true;
+};
+
+// A graph without points is soon built again of its input: of long recordings two of them would be
+// a lot to hold.
+Before Keep(const GraphInput& input, Solution* solution) {
+  Before out;
+  out.frames.reserve(input.frames.size());
+  for (const GraphFrame& frame : input.frames) {
+    out.frames.push_back({frame.t_ns, frame.state, frame.acceleration, frame.motion, {}, {}});
+  }
+  out.segments = input.segments;
+  if (solution->graph.points.empty() && solution->graph.n_left_out == 0) {
+    solution->graph.factors = {};
+    out.has_factors = false;
+  }
+  return out;
+}
+
+void TakeBack(const Before& before, GraphInput* input) {
+  for (size_t k = 0; k < input->frames.size(); ++k) {
+    const GraphFrame& from = before.frames[k];
+    GraphFrame& to = input->frames[k];
+    to.state = from.state;
+    to.acceleration = from.acceleration;
+    to.motion = from.motion;
+  }
+  input->segments = before.segments;
+}
+
 }  // namespace
 
 Result<Solution> LetMotionVary(const EstimatorSetup& setup, const SolveOptions& options,
@@ -39,12 +74,15 @@ Result<Solution> LetMotionVary(const EstimatorSetup& setup, const SolveOptions& 
   const MotionParts varying{many.linear > one.linear + kClearlyUneven,
                             many.angular > one.angular + kClearlyUneven};
   if (!varying.linear && !varying.angular) return solution;
-  GraphInput varied = *input;
-  TakeMotion(history, *noise, varying, &varied.frames);
+  const Before before = Keep(*input, &solution);
+  TakeMotion(history, *noise, varying, &input->frames);
   NoiseModel learned = *noise;
-  auto out = SolveAndLearn(setup, options, &varied, &learned);
-  if (!out || !(out->log_likelihood > solution.log_likelihood + kClearlyUneven)) return solution;
-  *input = std::move(varied);
+  auto out = SolveAndLearn(setup, options, input, &learned);
+  if (!out || !(out->log_likelihood > solution.log_likelihood + kClearlyUneven)) {
+    TakeBack(before, input);
+    if (!before.has_factors) solution.graph = BuildGraph(setup, *noise, *input);
+    return solution;
+  }
   *noise = learned;
   return out;
 }

@@ -189,35 +189,41 @@ double RobustCost(const Factor& factor, const LinearFactor& linear) {
 
 namespace {
 
-// Of the motion from a state to the next. Zeros are left out.
-void AddMotion(int state, const LinearFactor& linear, LinearSystem* system) {
-  using Matrix9 = Eigen::Matrix<double, 9, 9>;
+// A part of the motion from a state to the next, whose rows and columns are three triples. kAxes is
+// 3, or 1 where the axes are alike and share nothing, so that one of them tells all.
+template <int kAxes>
+void AddMotion(int state, const MotionResidual::Part& part, const LinearFactor& linear,
+               LinearSystem* system) {
+  using Matrix = Eigen::Matrix<double, 3 * kAxes, 3 * kAxes>;
   const Eigen::Map<const Eigen::Matrix<double, 18, 36>> jacobian(linear.jacobian.data());
-  const Eigen::Map<const Eigen::Matrix<double, 18, 1>> residuals(linear.residual.data());
-  for (const MotionResidual::Part& part : {MotionResidual::kAngular, MotionResidual::kLinear}) {
-    const Eigen::Matrix<double, 9, 1> residual = residuals.segment<9>(part.first_row);
-    std::array<Matrix9, 2> j;
-    for (int i = 0; i < 3; ++i) {
-      const int column = part.columns[static_cast<size_t>(i)];
-      j[0].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, column);
-      j[1].middleCols<3>(3 * i) = jacobian.block<9, 3>(part.first_row, kBlockSize + column);
-    }
-    for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
-      const auto& j_a = j[static_cast<size_t>(a)];
-      const Matrix9 product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
-      auto& block = system->hessian.At(state + a, state + b);
-      for (size_t c = 0; c < 9; ++c) {
-        block.block<3, 3>(part.columns[c / 3], part.columns[c % 3]) += product.block<3, 3>(
-            3 * static_cast<Eigen::Index>(c / 3), 3 * static_cast<Eigen::Index>(c % 3));
-      }
-    }
-    for (int s = 0; s < 2; ++s) {
-      const Eigen::Matrix<double, 9, 1> g =
-          j[static_cast<size_t>(s)].transpose().lazyProduct(residual);
-      for (int i = 0; i < 3; ++i) {
-        const int row = kBlockSize * (state + s) + part.columns[static_cast<size_t>(i)];
-        system->gradient.segment<3>(row) += g.segment<3>(3 * i);
-      }
+  const Eigen::Map<const Eigen::Matrix<double, 18, 1>> residual(linear.residual.data());
+  std::array<Matrix, 2> j;
+  std::array<Eigen::Matrix3d, 2> gradient = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+  for (int k = 0; k < 18; ++k) {
+    const int s = k / 9, row = k / 3 % 3, i = k % 3, column = part.columns[static_cast<size_t>(i)];
+    const auto entry =
+        jacobian.block<kAxes, kAxes>(part.first_row + 3 * row, kBlockSize * s + column);
+    j[static_cast<size_t>(s)].template block<kAxes, kAxes>(kAxes * row, kAxes * i) = entry;
+    auto of_entry = gradient[static_cast<size_t>(s)].col(i);
+    const auto of_row = residual.segment<3>(part.first_row + 3 * row);
+    if constexpr (kAxes == 3) of_entry += entry.transpose().lazyProduct(of_row);
+    if constexpr (kAxes == 1) of_entry += entry(0, 0) * of_row;
+  }
+  for (int k = 0; k < 6; ++k) {
+    const int column = part.columns[static_cast<size_t>(k % 3)];
+    system->gradient.segment<3>(kBlockSize * (state + k / 3) + column) +=
+        gradient[static_cast<size_t>(k / 3)].col(k % 3);
+  }
+  for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
+    const auto& j_a = j[static_cast<size_t>(a)];
+    const Matrix product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
+    auto& block = system->hessian.At(state + a, state + b);
+    for (int c = 0; c < 9; ++c) {
+      auto to = block.template block<3, 3>(part.columns[static_cast<size_t>(c / 3)],
+                                           part.columns[static_cast<size_t>(c % 3)]);
+      const auto from = product.template block<kAxes, kAxes>(kAxes * (c / 3), kAxes * (c % 3));
+      if constexpr (kAxes == 3) to += from;
+      if constexpr (kAxes == 1) to.diagonal().array() += from(0, 0);
     }
   }
 }
@@ -228,7 +234,8 @@ void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* s
   if (factor.kind == FactorKind::kTag) {
     AddTag(factor.blocks[0].index, linear, system);
   } else if (factor.kind == FactorKind::kMotion) {
-    AddMotion(factor.blocks[0].index, linear, system);
+    AddMotion<3>(factor.blocks[0].index, MotionResidual::kAngular, linear, system);
+    AddMotion<1>(factor.blocks[0].index, MotionResidual::kLinear, linear, system);
   } else {
     AddStateBlocks(factor, linear, system);
   }

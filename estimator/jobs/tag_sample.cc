@@ -9,6 +9,7 @@ void TagSample::Add(const FrameMeasurements& frame) {
   with_two_ += frame.tags.size() >= 2 ? 1 : 0;
   if (index / 3 % stride_ != 0) return;
   SeenTags seen{frame.t_ns, {}};
+  seen.tags.reserve(frame.tags.size());
   for (const TagDetection& tag : frame.tags) seen.tags.push_back({tag.id, tag.corners, {}});
   frames_.push_back(std::move(seen));
   indices_.push_back(index);

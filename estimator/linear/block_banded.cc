@@ -24,7 +24,7 @@ BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::mov
     }
     for (int i = j + 1; i <= LastRow(l_, j); ++i) SolveRightTransposed(l_jj, &l_.At(i, j));
     for (int k = j + 1; k <= LastRow(l_, j); ++k) {
-      SubtractSquare(l_.At(k, j), &l_.At(k, k));
+      AddSquare(-1, l_.At(k, j), &l_.At(k, k));
       for (int i = k + 1; i <= LastRow(l_, j); ++i) {
         SubtractProductTransposed(l_.At(i, j), l_.At(k, j), &l_.At(i, k));
       }

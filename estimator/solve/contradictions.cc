@@ -118,6 +118,7 @@ bool ReviseTags(const EstimatorSetup& setup, const NoiseModel& noise, const Grap
   for (size_t i = 0; i < frames->size(); ++i) {
     GraphFrame& frame = (*frames)[i];
     std::vector<TagDetection> kept;
+    kept.reserve(frame.tags.size());
     for (const TagDetection& tag : *seen[i]) {
       const bool again = readmit && before[i].count(ViewOf(tag)) == 0 &&
                          AgreesWith(setup, noise, frame.state, tag);

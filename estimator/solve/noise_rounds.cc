@@ -39,15 +39,15 @@ Result<Solution> Learn(const EstimatorOptions& options, bool is_open, const Lear
   for (int i = 0; i < kMaxRounds && change >= learn.settled; ++i) {
     const bool may_be_last = change < kNear;
     NoiseRound round = make_round(*noise, may_be_last);
-    if (!round.solution) return round.solution;
+    if (!round.solution) return round.solution.error();
     const NoiseModel updated = UpdateNoise(*noise, round.statistics, options, learn.least_dof);
     change = NoiseChange(updated, *noise);
     if (may_be_last && change < learn.settled && !round.has_dropped) {
       noise->source = updated.source;
-      return round.solution;
+      return std::move(round.solution);
     }
     *noise = extrapolation.Next(*noise, updated);
-    if (IsUp(time_up)) return round.solution;
+    if (IsUp(time_up)) return std::move(round.solution);
   }
   return make_round(*noise, true).solution;
 }

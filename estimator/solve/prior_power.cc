@@ -108,6 +108,7 @@ PriorPowerFinder::BlocksOfInverse PriorPowerFinder::Invert(BlockBandedCholesky c
   const BlockBandedMatrix p = std::move(cholesky).SelectedInverse();
   BlocksOfInverse out;
   out.trace = TraceOfProduct(p, motion_.hessian);
+  out.states.reserve(static_cast<size_t>(p.size()));
   for (int k = 0; k < p.size(); ++k) out.states.push_back(p.At(k, k).topLeftCorner<12, 12>());
   return out;
 }

@@ -72,6 +72,7 @@ bool TagGate::Passes(const TagDetection& tag, const std::optional<double>& about
 std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags) {
   const double sigma_px = SigmaPx();
   std::vector<TagDetection> kept, refused;
+  kept.reserve(tags->size());
   for (TagDetection& tag : *tags) {
     const QuadTurn turn = TurnOf(tag.corners);
     const bool may_be_one = turn != QuadTurn::kClockwise && turn != QuadTurn::kNone;
