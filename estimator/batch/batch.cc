@@ -16,7 +16,6 @@
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
-#include "estimator/solve/prior_power.h"
 #include "estimator/solve/smoother.h"
 #include "estimator/start/doubled_tags.h"
 #include "estimator/start/recording_start.h"
@@ -53,21 +52,6 @@ SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noi
   const SystematicBasis basis(setup, TagsSeenMost(frames));
   const SystematicErrors errors = LearnSystematicErrors(basis, noise, frames);
   return AddSystematicErrors(basis, errors, noise, graph, frames, trajectory, covariances);
-}
-
-// Covariances of all states; scaled by the prior's power where the prior's densities are learned.
-std::vector<StateCovariance> StateCovariances(const EstimatorOptions& options,
-                                              const Solution& solution) {
-  std::vector<StateCovariance> out;
-  if (MotionIsLearned(options)) {
-    const PriorPower prior = FindPriorPower(solution.graph);
-    out = WithPriorPower(prior.statistic.Power(), prior);
-  }
-  if (!out.empty()) return out;
-  for (int k = 0; k < solution.covariance.size(); ++k) {
-    out.push_back(BodyCovariance(solution.covariance, k));
-  }
-  return out;
 }
 
 }  // namespace
@@ -201,7 +185,7 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   auto solution = SolveWithTrustedTags(measurements, state_of_frame, &input, &out.noise);
   if (!solution) return solution.error();
 
-  std::vector<StateCovariance> covariances = StateCovariances(setup_.options, *solution);
+  std::vector<StateCovariance> covariances = StateCovariances(setup_, out.noise, input, &*solution);
   out.trajectory =
       MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
   out.systematic = AddSystematic(setup_, out.noise, solution->graph, input.frames, &out.trajectory,

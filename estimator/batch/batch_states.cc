@@ -2,6 +2,9 @@
 
 #include <utility>
 
+#include "estimator/solve/noise_learning.h"
+#include "estimator/solve/prior_power.h"
+
 namespace tagtwist::internal {
 
 std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
@@ -35,6 +38,25 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
     input.segments.back().first_frame = state;
   }
   return input;
+}
+
+std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
+                                              const GraphInput& input, Solution* solution) {
+  std::vector<StateCovariance> out;
+  if (MotionIsLearned(setup.options)) {
+    Graph& graph = solution->graph;
+    PriorPowerFinder finder(graph);
+    const bool is_soon_built = graph.points.empty() && graph.n_left_out == 0;
+    if (is_soon_built) graph.factors = std::vector<Factor>();
+    while (!finder.done()) finder.Step();
+    if (is_soon_built) graph = BuildGraph(setup, noise, input);
+    out = WithPriorPower(finder.result().statistic.Power(), finder.result());
+  }
+  if (!out.empty()) return out;
+  for (int k = 0; k < solution->covariance.size(); ++k) {
+    out.push_back(BodyCovariance(solution->covariance, k));
+  }
+  return out;
 }
 
 }  // namespace tagtwist::internal

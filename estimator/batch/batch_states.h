@@ -2,7 +2,10 @@
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
+#include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
+#include "estimator/solve/smoother.h"
+#include "frontend/types/body_state.h"
 
 namespace tagtwist::internal {
 
@@ -16,5 +19,11 @@ std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<G
 GraphInput InputOfStates(const std::vector<int>& state_of_frame,
                          const std::vector<TrackSegment>& segments,
                          std::vector<GraphFrame>* frames);
+
+/// Covariances of all states of a solution of that input under that noise; scaled by the prior's
+/// power where the prior's densities are learned. Meanwhile a graph that is soon built again gives
+/// up its factors, and has as many others afterwards: of long recordings they are a lot to hold.
+std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
+                                              const GraphInput& input, Solution* solution);
 
 }  // namespace tagtwist::internal

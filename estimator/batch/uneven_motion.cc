@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/motion/motion_profile.h"
@@ -44,7 +45,7 @@ Before Keep(const GraphInput& input, Solution* solution) {
   }
   out.segments = input.segments;
   if (solution->graph.points.empty() && solution->graph.n_left_out == 0) {
-    solution->graph.factors = {};
+    solution->graph.factors = std::vector<Factor>();
     out.has_factors = false;
   }
   return out;

@@ -14,16 +14,22 @@
 namespace tagtwist::internal {
 namespace {
 
-// So many doubles, which may lie anywhere.
+// So many doubles; in memory they may lie anywhere.
 template <int kLanes>
 struct Lanes;
 template <>
 struct Lanes<4> {
-  using Vector = double __attribute__((vector_size(32), aligned(8), may_alias));
+  using Vector = double __attribute__((vector_size(32)));
+  struct __attribute__((packed, may_alias)) InMemory {
+    Vector lanes;
+  };
 };
 template <>
 struct Lanes<2> {
-  using Vector = double __attribute__((vector_size(16), aligned(8), may_alias));
+  using Vector = double __attribute__((vector_size(16)));
+  struct __attribute__((packed, may_alias)) InMemory {
+    Vector lanes;
+  };
 };
 
 bool HasWideVectors() {
@@ -39,19 +45,19 @@ const bool kIsWide = HasWideVectors();
 template <int kLanes, int kRows>
 struct Rows {
   static constexpr int kOfPart = kRows < kLanes ? 2 : kLanes, kFirst = kBlockSize - kRows;
-  using Part = typename Lanes<kOfPart>::Vector;
+  using Part = typename Lanes<kOfPart>::InMemory;
 
   TAGTWIST_INLINE void Load(const double* column) {
-    first = *reinterpret_cast<const Part*>(column + kFirst);
+    first = reinterpret_cast<const Part*>(column + kFirst)->lanes;
     rest.Load(column);
   }
   TAGTWIST_INLINE void Store(double* column) const {
-    *reinterpret_cast<Part*>(column + kFirst) = first;
+    reinterpret_cast<Part*>(column + kFirst)->lanes = first;
     rest.Store(column);
   }
   // Adds by times a column.
   TAGTWIST_INLINE void Add(double by, const double* column) {
-    first += by * *reinterpret_cast<const Part*>(column + kFirst);
+    first += by * reinterpret_cast<const Part*>(column + kFirst)->lanes;
     rest.Add(by, column);
   }
   TAGTWIST_INLINE void Scale(double by) {
@@ -59,7 +65,7 @@ struct Rows {
     rest.Scale(by);
   }
 
-  Part first;
+  typename Lanes<kOfPart>::Vector first;
   Rows<kLanes, kRows - kOfPart> rest;
 };
 
@@ -96,7 +102,7 @@ TAGTWIST_INLINE bool FactorColumns(Block* a) {
 }
 
 template <int kLanes>
-TAGTWIST_INLINE bool Factor(Block* a) {
+TAGTWIST_INLINE bool Factorise(Block* a) {
   return FactorColumns<kLanes, 18>(a) && FactorColumns<kLanes, 14>(a) &&
          FactorColumns<kLanes, 10>(a) && FactorColumns<kLanes, 6>(a) && FactorColumns<kLanes, 2>(a);
 }
@@ -159,7 +165,7 @@ TAGTWIST_INLINE void Divide(const Block& l, Block* x) {
   }
 }
 
-TAGTWIST_WIDE bool FactorWide(Block* a) { return Factor<4>(a); }
+TAGTWIST_WIDE bool FactoriseWide(Block* a) { return Factorise<4>(a); }
 TAGTWIST_WIDE void AddSquareWide(double sign, const Block& a, Block* c) {
   AddSquare<4>(sign, a, c);
 }
@@ -189,7 +195,7 @@ void AddSquare(double sign, const Block& a, Block* c) {
   AddSquare<2>(sign, a, c);
 }
 
-bool FactorInPlace(Block* a) { return kIsWide ? FactorWide(a) : Factor<2>(a); }
+bool FactorInPlace(Block* a) { return kIsWide ? FactoriseWide(a) : Factorise<2>(a); }
 
 void SolveRightTransposed(const Block& l, Block* x) {
   if (kIsWide) return DivideByTransposedWide(l, x);
@@ -226,3 +232,6 @@ BlockVector SolvedTransposed(const Block& l, const BlockVector& x) {
 }
 
 }  // namespace tagtwist::internal
+
+#undef TAGTWIST_INLINE
+#undef TAGTWIST_WIDE
