@@ -87,6 +87,14 @@ bool ShowsMotion(const std::vector<FrameMeasurements>& frames) {
   return 2 * n >= frames.size() * 9 / 10 && 2 * n >= kLeast;
 }
 
+// What makes of the fit's corner noise one that counts no corner as nearer than 0.03 px; at
+// least 1.
+double CornerFloor(const LensFound& found) {
+  constexpr double kLeastCornerPx = 0.03;
+  const double corner_px = found.calibration.validation.refined.corner_sigma_px;
+  return std::max(1.0, kLeastCornerPx / std::max(1e-6, corner_px));
+}
+
 // Relative.
 double FocalSigma(const LensFound& found) {
   return found.inflation() * found.calibration.sigma(kLogFocal);
@@ -124,22 +132,19 @@ std::vector<std::string> MissingOf(const LensFound& found) {
                "nearer to the camera",
                100 * focal_sigma, 100 * kMostFocalSigma));
   }
-  if (!(found.halves_ratio < kMostRatio)) {
+  const double ratio = found.halves_ratio / CornerFloor(found);
+  if (!(ratio < kMostRatio)) {
     out.push_back(
         Format("the lenses of the recording's halves differ by %.1f sigmas: is the focus fixed, "
                "the sheet flat, the picture sharp?",
-               found.halves_ratio));
+               ratio));
   }
   return out;
 }
 
 }  // namespace
 
-double LensFound::inflation() const {
-  constexpr double kLeastCornerPx = 0.03;
-  const double corner_px = calibration.validation.refined.corner_sigma_px;
-  return std::max({1.0, halves_ratio, kLeastCornerPx / std::max(1e-6, corner_px)});
-}
+double LensFound::inflation() const { return std::max(halves_ratio, CornerFloor(*this)); }
 
 Result<LensStarts> StartLens(const std::vector<FrameMeasurements>& frames, const TagMap& map,
                              int width, int height) {
