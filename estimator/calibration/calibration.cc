@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "estimator/calibration/sigmas.h"
 #include "estimator/calibration/solver.h"
 #include "estimator/start/recording_start.h"
 #include "frontend/geometry/hand_eye_start.h"
@@ -256,6 +257,7 @@ Result<Calibration> Calibrate(const CalibrationInput& input,
   problem->frames = std::move(all.frames);  // where searches start from
   UpdateMotion(&problem->frames);
   SetCornerNoise(all.noise.corner_sigma_px, &problem->frames);
+  all.frames = problem->frames;
   out.unseen = FindUnseen(out.given, out.parameters, problem->prior_sigmas, all.covariance);
   out.validation = ValidateGroups(*problem, out.parameters, all.state, all.noise,
                                   BlocksFor(*problem, input.options.validation_blocks), input.kept);
@@ -266,10 +268,10 @@ Result<Calibration> Calibrate(const CalibrationInput& input,
   CalibrationSolution solution =
       SolveAndLearnNoise(applied, OnlyFree(all.state, applied), all.noise, learn_corners);
   if (!solution.usable) return no_solution;
-  Eigen::MatrixXd covariance = ConsiderCovariance(*problem, applied, solution);
   out.refined = std::move(solution.state);
   out.prior_sigmas = problem->prior_sigmas;
-  out.covariance = std::move(covariance);
+  out.covariance =
+      AboutRefined(BlockCovariance(*problem, all), out.refined, all.state, out.prior_sigmas);
   out.noise = solution.noise;
   Tell(input.set_up, applied, &out);
   return out;

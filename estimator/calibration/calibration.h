@@ -31,7 +31,8 @@ struct Calibration {
   Eigen::VectorXd prior_sigmas;  // 0: held, or nothing is seen of it
   std::vector<bool> applied;     // refined; the others stay as given
   Eigen::VectorXd change;        // refined as seen from given
-  /// Zero where held; where not applied the prior's, which counts in all others, too.
+  /// Zero where held. Where groups are not applied it is the second moment about the refined state
+  /// of what a solution with all of them free says.
   Eigen::MatrixXd covariance;
   CalibrationNoise noise;
   CalibrationValidation validation;

@@ -189,30 +189,4 @@ CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
   return out;
 }
 
-Eigen::MatrixXd ConsiderCovariance(const CalibrationProblem& problem,
-                                   const CalibrationProblem& applied,
-                                   const CalibrationSolution& solution) {
-  const auto normals =
-      LinearizeCalibration(problem, solution.state, solution.frames, solution.noise, 0);
-  const std::vector<int> free = FreeEntries(applied.prior_sigmas);
-  std::vector<int> left;
-  for (const int i : FreeEntries(problem.prior_sigmas)) {
-    if (!(applied.prior_sigmas(i) > 0)) left.push_back(i);
-  }
-  Eigen::MatrixXd out = SharedCovariance(normals, free);
-  const Eigen::VectorXd variances = problem.prior_sigmas(left).cwiseAbs2();
-  const Eigen::MatrixXd prior = variances.asDiagonal();
-  out(left, left) = prior;
-  if (free.empty() || left.empty()) return out;
-  const Eigen::MatrixXd information = normals.information(free, free);
-  const Eigen::MatrixXd by_left =
-      -information.llt().solve(Eigen::MatrixXd(normals.information(free, left)));
-  const Eigen::MatrixXd cross = by_left * prior;
-  const Eigen::MatrixXd added = cross * by_left.transpose();
-  out(free, free) += added;
-  out(free, left) = cross;
-  out(left, free) = cross.transpose();
-  return out;
-}
-
 }  // namespace tagtwist::internal

@@ -29,11 +29,4 @@ CalibrationSolution SolveAndLearnNoise(const CalibrationProblem& problem,
                                        const CalibrationState& start,
                                        const CalibrationNoise& initial, bool learn_corners);
 
-/// Covariance of the error state where only those parameters were refined that have a sigma in
-/// `applied`: all others of `problem` are where the prior has them, with the prior's uncertainty,
-/// and what they may be off by is in the covariance of the refined ones, too (Schmidt 1966).
-Eigen::MatrixXd ConsiderCovariance(const CalibrationProblem& problem,
-                                   const CalibrationProblem& applied,
-                                   const CalibrationSolution& solution);
-
 }  // namespace tagtwist::internal

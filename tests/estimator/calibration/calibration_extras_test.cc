@@ -122,7 +122,8 @@ TEST(SlowCalibration, BendsOfPlaneTagsAreNotApplied) {
   const CalibrationLayout layout = LayoutOf(flight.truth);
   for (int i = 0; i < layout.n_tags; ++i) {
     EXPECT_EQ(result->set_up.map.tags()[static_cast<size_t>(i)].bend_m, 0);
-    EXPECT_EQ(result->sigma(layout.bend(i)), result->prior_sigmas(layout.bend(i)));
+    // What the recording says of them is known, though it is not applied.
+    EXPECT_LT(result->sigma(layout.bend(i)), 0.3 * result->prior_sigmas(layout.bend(i)));
   }
 }
 
