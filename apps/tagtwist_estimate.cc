@@ -25,6 +25,7 @@
 #include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
 #include "estimator/online/recording_options.h"
+#include "estimator/report/files/calibration_config.h"
 #include "estimator/report/files/calibration_text.h"
 #include "estimator/report/result_writer.h"
 #include "frontend/base/files/file_set.h"
@@ -79,6 +80,17 @@ std::shared_ptr<const GyroAlignment> AlignGyroTo(const EstimateJob& job, const E
   return gyro ? std::make_shared<const GyroAlignment>(*gyro) : nullptr;
 }
 
+// What was refined is known as the calibration says; that stands with it in what is written, and no
+// longer in the options.
+void TakeCalibratedSigmas(const Calibration& calibration, EstimatorOptions* of_run,
+                          EstimatorOptions* written) {
+  const RefinedSigmas sigmas = SigmasOf(calibration);
+  if (sigmas.focal) of_run->focal_sigma = sigmas.focal;
+  if (sigmas.focal) written->focal_sigma.reset();
+  if (sigmas.tag_m) of_run->tag_sigma_m = sigmas.tag_m;
+  if (sigmas.tag_m) written->tag_sigma_m.reset();
+}
+
 // With --calibrate: the set-up is refined first, and the run goes on with it. --tracks is of this
 // run alone: what is written goes on with what the configuration said.
 Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* config,
@@ -88,6 +100,7 @@ Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* 
   if (!calibration) return calibration.error();
   config->set_up = calibration->set_up;
   Config to_go_on_with = *config;
+  TakeCalibratedSigmas(*calibration, &config->estimator, &to_go_on_with.estimator);
   to_go_on_with.estimator.use_tracks = configured_tracks;
   context->options_text = OptionsText(to_go_on_with);
   context->calibration = std::make_shared<const Calibration>(std::move(*calibration));

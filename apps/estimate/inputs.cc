@@ -85,6 +85,26 @@ std::string MapLine(const Config& config) {
          (config.origins.map_is_assumed ? " (neither --map nor --config names another)" : "");
 }
 
+// What is given of errors that last, and what is taken to be none.
+std::string ErrorsLine(const EstimateJob& job, const EstimatorOptions& o) {
+  if (job.calibrate && o.systematic_errors) {
+    return "errors     of lens and tags that last, in the covariance: as calibrated below";
+  }
+  if (!o.systematic_errors) return "errors     of lens, map and corners that last: not counted";
+  const bool learns = !job.run.sliding_window;
+  const std::string rest = learns ? "learned" : "taken to be none";
+  std::string out = "errors     that last, in the covariance: focal length ";
+  out += o.focal_sigma ? Format("+- %.2g %%", 100 * *o.focal_sigma) : "taken to be exact";
+  out += ", lens " + (o.lens_field_sigma_px ? Format("+- %.2g px", *o.lens_field_sigma_px) : rest) +
+         ", tags' places " +
+         (o.tag_sigma_m
+              ? Format("+- %.2g mm", 1e3 * *o.tag_sigma_m) + (learns ? " or more, as learned" : "")
+              : rest) +
+         ", corners " +
+         (o.corner_bias_sigma_px ? Format("+- %.2g px", *o.corner_bias_sigma_px) : rest);
+  return out + "; centre and mount taken to be exact";
+}
+
 std::string TruthLine(const std::string& origin, const std::vector<TruthSample>& truth,
                       const std::vector<int64_t>& stamps_ns) {
   if (truth.empty()) return "truth      none";
@@ -131,6 +151,7 @@ Result<Inputs> TakeInputs(const EstimateJob& job, const Config& config, const Da
   out.lines = CameraLines(config);
   out.lines.insert(out.lines.begin(), RecordingLine(job.dataset, source));
   out.lines.push_back(MapLine(config));
+  out.lines.push_back(ErrorsLine(job, config.estimator));
   out.lines.push_back(TruthLine(origin, out.truth, source.stamps_ns()));
   return out;
 }

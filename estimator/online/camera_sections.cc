@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "frontend/base/format_text.h"
 #include "frontend/io/setup/camera_file.h"
 #include "frontend/io/setup/camera_section.h"
 #include "frontend/io/setup/tag_map_reader.h"
@@ -16,13 +17,22 @@ std::string BesideFile(const std::string& file, const std::string& name) {
   return (std::filesystem::path(file).parent_path() / name).string();
 }
 
+namespace {
+
+std::string SigmaText(const std::optional<double>& focal_sigma) {
+  return focal_sigma ? Format(" (focal length +- %.2g %%)", 100 * *focal_sigma) : "";
+}
+
+}  // namespace
+
 Status TakeCamera(const std::string& path, const std::string& name, bool has_mount,
                   const Limits& limits, RigCamera* camera, CameraOrigin* origin) {
   const Result<CameraFile> file = ReadCameraFile(path, name, limits);
   if (!file) return file.error();
   camera->camera = file->camera;
   camera->line_time_s = file->line_time_s;
-  origin->camera = path + (name.empty() ? "" : ", " + name);
+  origin->camera = path + (name.empty() ? "" : ", " + name) + SigmaText(file->focal_sigma);
+  origin->focal_sigma = file->focal_sigma;
   origin->notes = file->notes;
   if (has_mount && file->cam_from_body) {
     origin->notes.push_back(path + ": its mount, " + file->mount_key +
@@ -45,7 +55,8 @@ Status ReadCamera(const YamlValue& node, bool has_mount, const Limits& limits, R
     camera->camera = Camera();
     ReadCameraKeys(&section, &camera->camera);
     ReadLineTime(&section, &camera->line_time_s);
-    origin->camera = node.file;
+    ReadFocalSigma(&section, &origin->focal_sigma);
+    origin->camera = node.file + SigmaText(origin->focal_sigma);
     origin->mount_is_given = has_mount;
     return section.Finish();
   }

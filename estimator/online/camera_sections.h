@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ namespace tagtwist::internal {
 struct CameraOrigin {
   std::string camera, mount;
   std::vector<std::string> notes;
-  bool mount_is_given = true;  // false: neither the section nor its file has one
+  bool mount_is_given = true;              // false: neither the section nor its file has one
+  std::optional<double> focal_sigma = {};  // what is said of the focal length, relative
 };
 
 /// A file named in another one, relative to that one's folder.

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 #include "estimator/online/camera_sections.h"
+#include "frontend/base/format_text.h"
+#include "frontend/base/option_check.h"
 #include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
 
@@ -21,8 +24,14 @@ Pose CourseCamFromBody() {
   return MakePose(Eigen::Quaterniond(rotation), {-0.04, 0, -0.03});
 }
 
-Result<TagMap> ReadMapSection(const YamlValue& node, const Limits& limits) {
+// `sigma_m`: of each coordinate of a tag's centre, where the section says it.
+Result<TagMap> ReadMapSection(const YamlValue& node, const Limits& limits,
+                              std::optional<double>* sigma_m) {
+  constexpr double kMostM = 100;
   YamlSection section(node);
+  section("sigma_m", *sigma_m);
+  if (*sigma_m) section.KeepProblem(CheckRange("sigma_m", **sigma_m, 0.0, kMostM));
+  if (const Status read = section.FirstFault(); !read) return read.error();
   TagMapFile file;
   section("file", file.path);
   if (file.path.empty()) {
@@ -37,6 +46,45 @@ Result<TagMap> ReadMapSection(const YamlValue& node, const Limits& limits) {
   return ReadTagMapFile(file, limits);
 }
 
+// What a map file of ours says of its tags; a pipe is not read again.
+std::optional<double> SigmaOfMapFile(const std::string& path, const Limits& limits) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
+  const Result<YamlValue> root = ReadYaml(path, limits);
+  if (!root) return std::nullopt;
+  const YamlValue* own = Member(*root, "tag_map");
+  const YamlValue* sigma = Member(own != nullptr ? *own : *root, "sigma_m");
+  double out = 0;
+  if (sigma == nullptr || !ReadValue(*sigma, &out)) return std::nullopt;
+  return out >= 0 ? std::optional(out) : std::nullopt;
+}
+
+// `map_node`: the section `tag_map`, or none.
+Status TakeMap(const ConfigFiles& files, const YamlValue* map_node, Config* config,
+               std::optional<double>* sigma_m) {
+  const bool is_own = files.map.path.empty();
+  config->origins.map = is_own ? map_node->file : files.map.path;
+  config->origins.map_is_assumed = false;
+  Result<TagMap> map = is_own ? ReadMapSection(*map_node, files.limits, sigma_m)
+                              : ReadTagMapFile(files.map, files.limits);
+  if (!map) return map.error();
+  config->set_up.map = std::move(*map);
+  if (!is_own) *sigma_m = SigmaOfMapFile(files.map.path, files.limits);
+  if (*sigma_m) config->origins.map += Format(" (tags +- %.2g mm)", 1e3 * **sigma_m);
+  return Ok();
+}
+
+// The sigmas of a set-up's own files, where the section `estimator` says nothing: what it says goes
+// before them.
+struct SigmasOfFiles {
+  std::optional<double> focal, tag_m;
+};
+
+void TakeSigmas(const SigmasOfFiles& sigmas, EstimatorOptions* options) {
+  if (!options->focal_sigma) options->focal_sigma = sigmas.focal;
+  if (!options->tag_sigma_m) options->tag_sigma_m = sigmas.tag_m;
+}
+
 // What a camera's section or file says, into the origins of the set-up.
 void TellOrigin(const CameraOrigin& origin, SetUpOrigins* out) {
   out->camera = origin.camera;
@@ -44,8 +92,9 @@ void TellOrigin(const CameraOrigin& origin, SetUpOrigins* out) {
   out->notes = origin.notes;
 }
 
+// `focal_sigma`: the largest of the cameras'.
 Status TakeCameras(const YamlValue& node, YamlSection* sections, const ConfigFiles& files,
-                   Config* config) {
+                   Config* config, std::optional<double>* focal_sigma) {
   for (const char* of_one : {"camera", "cam_from_body"}) {
     if (const YamlValue* other = sections->Find(of_one)) {
       return other->Refuse("no such section beside cameras, which has one for each");
@@ -61,6 +110,7 @@ Status TakeCameras(const YamlValue& node, YamlSection* sections, const ConfigFil
   SetUpOrigins& origins = config->origins;
   origins.camera = origins.mount = node.file;
   for (CameraEntry& entry : *entries) {
+    *focal_sigma = std::max(*focal_sigma, entry.origin.focal_sigma);
     config->recordings.push_back({std::move(entry.recording), std::move(entry.topic)});
     config->set_up.rig.cameras.push_back(std::move(entry.camera));
     origins.notes.insert(origins.notes.end(), entry.origin.notes.begin(), entry.origin.notes.end());
@@ -69,7 +119,8 @@ Status TakeCameras(const YamlValue& node, YamlSection* sections, const ConfigFil
 }
 
 // The camera of a run that has one, of the configuration or of a file.
-void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* config) {
+void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* config,
+                    std::optional<double>* focal_sigma) {
   const YamlValue* camera = sections->Find("camera");
   const YamlValue* mount = sections->Find("cam_from_body");
   RigCamera* mounted = &config->set_up.rig.front();
@@ -83,6 +134,7 @@ void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* con
                               config->limits, mounted, &origin));
     TellOrigin(origin, &config->origins);
   }
+  *focal_sigma = origin.focal_sigma;
   if (mount == nullptr) return;
   sections->Keep(ReadExtrinsic(*mount, &mounted->cam_from_body));
   config->origins.mount = mount->file;
@@ -152,27 +204,21 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   Config config = DefaultConfig();
   config.limits = files.limits;
   YamlSection sections(*root);
+  SigmasOfFiles sigmas;
   if (const YamlValue* cameras = sections.Find("cameras")) {
-    sections.Keep(TakeCameras(*cameras, &sections, files, &config));
+    sections.Keep(TakeCameras(*cameras, &sections, files, &config, &sigmas.focal));
   } else {
-    TakeOnlyCamera(files, &sections, &config);
+    TakeOnlyCamera(files, &sections, &config, &sigmas.focal);
   }
   const YamlValue* map_node = sections.Find("tag_map");
   if (map_node != nullptr || !files.map.path.empty()) {
-    config.origins.map = files.map.path.empty() ? map_node->file : files.map.path;
-    config.origins.map_is_assumed = false;
-    Result<TagMap> map = files.map.path.empty() ? ReadMapSection(*map_node, files.limits)
-                                                : ReadTagMapFile(files.map, files.limits);
-    if (map) {
-      config.set_up.map = std::move(*map);
-    } else {
-      sections.Keep(map.error());
-    }
+    sections.Keep(TakeMap(files, map_node, &config, &sigmas.tag_m));
   }
   ReadOptions("detector", &sections, &config.front_end.detector);
   ReadOptions("klt", &sections, &config.front_end.klt);
   ReadOptions("closed_form", &sections, &config.front_end.closed_form);
   ReadOptions("estimator", &sections, &config.estimator);
+  TakeSigmas(sigmas, &config.estimator);
   ReadOptions("calibration", &sections, &config.calibration);
   config.movable_tags = files.movable_tags;
   if (const YamlValue* movable = sections.Find("movable_tags"); movable != nullptr) {

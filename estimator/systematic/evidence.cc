@@ -55,13 +55,13 @@ double Step(const LinearEvidence& data, EvidenceFit* fit) {
       continue;
     }
     if (determined < kNothing) {
-      g.sigma = 0;
+      g.sigma = g.least;
       continue;
     }
     known += determined;
     const double square = scaled.mean.segment(g.first, g.size).squaredNorm();
     const double factor = std::sqrt(square / determined);
-    const double step = std::clamp(factor, 1e-3, 1e3);
+    const double step = std::max(std::clamp(factor, 1e-3, 1e3), g.least / g.sigma);
     change = std::max(change, std::abs(std::log(step)));
     g.sigma *= step;
   }
@@ -82,13 +82,14 @@ void Settle(const LinearEvidence& data, EvidenceFit* fit) {
   fit->log_evidence = Scale(data, fit->groups, fit->noise_scale).log_evidence;
 }
 
-// Leaves out the group that the evidence misses least; false where it misses every one.
+// Leaves out the group that the evidence misses least, down to what it has at least; false where it
+// misses every one.
 bool LeaveOutOne(const LinearEvidence& data, EvidenceFit* fit) {
   ParameterGroup* least = nullptr;
   double least_loss = kClearly / 2;
   for (ParameterGroup& g : fit->groups) {
-    if (g.sigma == 0 || g.is_given) continue;
-    const double sigma = std::exchange(g.sigma, 0);
+    if (g.is_given || g.sigma == g.least) continue;
+    const double sigma = std::exchange(g.sigma, g.least);
     const double loss = fit->log_evidence - Scale(data, fit->groups, fit->noise_scale).log_evidence;
     g.sigma = sigma;
     if (loss >= least_loss) continue;
@@ -96,7 +97,8 @@ bool LeaveOutOne(const LinearEvidence& data, EvidenceFit* fit) {
     least = &g;
   }
   if (least == nullptr) return false;
-  least->sigma = 0;
+  least->sigma = least->least;
+  least->is_given = least->least > 0;  // there it stays
   return true;
 }
 

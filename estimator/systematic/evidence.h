@@ -18,6 +18,7 @@ struct ParameterGroup {
   int first = 0, size = 0;
   double sigma = 0;  // of each; where the search starts, and its result: 0 where the data show none
   bool is_given = false;  // known: the search leaves it as it is
+  double least = 0;       // the search does not go below it
 };
 
 /// What the data say of all parameters.

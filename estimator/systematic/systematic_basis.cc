@@ -78,6 +78,8 @@ std::vector<ParameterGroup> SystematicBasis::Groups() const {
       group(field, tags, o.tag_sigma_m, kTagM),
       group(after, 1, o.corner_bias_sigma_px, kBiasPx),
       {after + 1, static_cast<int>(fields_.size()), o.focal_sigma.value_or(0), true}};
+  out[1].is_given = false;  // residuals may show more, never less, than what is given of the tags
+  out[1].least = o.tag_sigma_m.value_or(0);
   if (mounts == 0) return out;
   out.push_back(group(field + tags, mounts, std::nullopt, kMountRad));
   out.push_back(group(field + tags + mounts, mounts, std::nullopt, kMountM));

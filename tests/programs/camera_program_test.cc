@@ -96,8 +96,12 @@ TEST_F(CameraProgram, WritesACameraThatTheEstimateTakes) {
   EXPECT_THAT(run.out, HasSubstr("radtan, 4 coefficients"));
   EXPECT_THAT(run.out, HasSubstr("verdict    good"));
   EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("  # +- "));
+  EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("\n  focal_sigma: "));
   EXPECT_THAT(ReadText(folder_ / "seen.svg"), HasSubstr("</svg>"));
   const auto summary = Estimate({"--use_detections"});
+  EXPECT_THAT(summary["taken"].dump(),
+              HasSubstr("that last, in the covariance: focal length +- 0.0"));
+  EXPECT_THAT(summary["taken"].dump(), HasSubstr("camera.yaml (focal length +- 0.0"));
   EXPECT_EQ(summary["frames"], summary["frames_estimated"]);
   EXPECT_LT(summary["reprojection_px"]["median"].get<double>(), 0.2);
 }

@@ -1,5 +1,6 @@
 #include "estimator/report/files/calibration_config.h"
 
+#include "estimator/calibration/sigmas.h"
 #include "estimator/report/files/calibration_text.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/number_text.h"
@@ -40,10 +41,22 @@ std::string MapText(const Calibration& c) {
     if (!c.applied[static_cast<size_t>(bend)]) continue;
     notes.back() += Format(", bend +- %.2f mm", 1e3 * c.sigma(bend));
   }
-  return "\n" + FormatTagMap(c.set_up.map, notes);
+  std::string out = "\n" + FormatTagMap(c.set_up.map, notes);
+  if (const auto sigma_m = SigmasOf(c).tag_m) {
+    out.insert(out.find("  tags:\n"), "  sigma_m: " + Number(*sigma_m) + "\n");
+  }
+  return out;
 }
 
 }  // namespace
+
+RefinedSigmas SigmasOf(const Calibration& c) {
+  RefinedSigmas out;
+  if (const double focal = c.sigma(kLogFocal); focal > 0) out.focal = focal;
+  const double tag_m = TagSigma(c.refined, {c.covariance, c.prior_sigmas, c.has_truth});
+  if (tag_m > 0) out.tag_m = tag_m;
+  return out;
+}
 
 std::string CameraText(const Calibration& c, double inflation) {
   const Camera& camera = c.set_up.rig.front().camera;
@@ -52,6 +65,7 @@ std::string CameraText(const Calibration& c, double inflation) {
                     "\n  height: " + std::to_string(camera.height) + "\n";
   out += "  fx: " + Number(camera.fx) + SigmaComment("%.3g", focal * camera.fx) + "\n";
   out += "  fy: " + Number(camera.fy) + SigmaComment("%.3g", focal * camera.fy) + "\n";
+  if (focal > 0) out += "  focal_sigma: " + Number(focal) + "\n";
   out += "  cx: " + Number(camera.cx) + SigmaComment("%.3g", inflation * c.sigma(kCentreX)) + "\n";
   out += "  cy: " + Number(camera.cy) + SigmaComment("%.3g", inflation * c.sigma(kCentreY)) + "\n";
   out += std::string("  distortion_model: ") + LensName(camera.lens) + "\n";

@@ -134,6 +134,7 @@ Result<CameraFile> ReadOwn(const YamlValue& node) {
   CameraFile out;
   ReadCameraKeys(&section, &out.camera);
   ReadLineTime(&section, &out.line_time_s);
+  ReadFocalSigma(&section, &out.focal_sigma);
   if (Status status = section.Finish(); !status) return status.error();
   return out;
 }

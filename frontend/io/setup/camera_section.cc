@@ -102,6 +102,11 @@ void ReadCameraKeys(YamlSection* section, Camera* camera) {
   section->KeepProblem(camera->Problem());
 }
 
+void ReadFocalSigma(YamlSection* section, std::optional<double>* focal_sigma) {
+  (*section)("focal_sigma", *focal_sigma);
+  if (*focal_sigma) section->KeepProblem(CheckRange("focal_sigma", **focal_sigma, 0.0, 1.0));
+}
+
 void ReadLineTime(YamlSection* section, double* line_time_s) {
   constexpr double kMostS = 1e-3;
   (*section)("line_time_s", *line_time_s);

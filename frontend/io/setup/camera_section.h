@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ Status SetLens(const YamlValue& node, const NamedLens& lens, std::vector<double>
 
 /// The keys of the section `camera` (docs/formats.md) from a section that may have others, too.
 void ReadCameraKeys(YamlSection* section, Camera* camera);
+/// Reads what is known of both focal lengths: `focal_sigma`, a relative standard deviation.
+void ReadFocalSigma(YamlSection* section, std::optional<double>* focal_sigma);
 /// Reads the shutter of the camera: `line_time_s`, [s] from row to row.
 void ReadLineTime(YamlSection* section, double* line_time_s);
 

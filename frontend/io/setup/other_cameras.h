@@ -14,6 +14,7 @@ namespace tagtwist::internal {
 struct CameraFile {
   Camera camera;
   double line_time_s = 0;             // of a rolling shutter; only tagtwist's own files tell it
+  std::optional<double> focal_sigma;  // of both focal lengths, relative; as line_time_s
   std::optional<Pose> cam_from_body;  // the body is the IMU
   std::string mount_key;              // the member that the mount is from: "T_cam_imu"
   std::vector<std::string> notes;     // transforms and offsets that are not used: a line each

@@ -210,6 +210,7 @@ Result<TagMap> ReadTagMap(const YamlValue& node) {
     for (const std::string& name : TagFamilyNames()) names += (names.empty() ? "" : ", ") + name;
     section.KeepProblem("family: expected one of " + names + ", got " + family.name);
   }
+  section.Find("sigma_m");  // of the estimate, not of the map
   const YamlValue* grid = section.Find("grid");
   const YamlValue* tags = section.Find("tags");
   if ((grid == nullptr) == (tags == nullptr)) {

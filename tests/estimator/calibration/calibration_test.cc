@@ -171,6 +171,8 @@ TEST(SlowCalibration, ConfigurationReadsBack) {
     EXPECT_EQ(read.size_m, written.size_m);
     EXPECT_LT((read.world_from_tag.params - written.world_from_tag.params).norm(), 1e-15);
   }
+  EXPECT_DOUBLE_EQ(config->estimator.focal_sigma.value_or(0), result->sigma(kLogFocal));
+  EXPECT_DOUBLE_EQ(config->estimator.tag_sigma_m.value_or(0), SigmasOf(*result).tag_m.value_or(1));
   EXPECT_EQ(config->estimator.window_frames, 17);
   EXPECT_EQ(config->estimator.corner_sigma_px, 0.15);
   EXPECT_FALSE(config->estimator.accel_psd);
