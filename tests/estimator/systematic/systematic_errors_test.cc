@@ -228,7 +228,7 @@ TEST(SystematicErrors, SlowGivenSigmasOfLensAndMapHoldOverDraws) {
 }
 
 // A map may be farther off than its sigma says: the residuals show it.
-TEST(SystematicErrors, AGivenTagSigmaIsTheLeastThatABatchTakes) {
+TEST(SystematicErrors, SlowAGivenTagSigmaIsTheLeastThatABatchTakes) {
   const Drawn drawn = Draw("figure8", {0, 3e-3, 0}, 3);
   const auto sigma_m = [&](double given_m) {
     EstimatorOptions options;
