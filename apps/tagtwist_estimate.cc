@@ -1,5 +1,6 @@
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
@@ -116,6 +117,25 @@ void RememberInputs(const EstimateJob& job, const Config& config, const Inputs& 
   facts->configuration = ConfigurationText(config);
 }
 
+// What each of several bodies could not have, and how many states it has. Tags that move are not
+// in the report's picture of the map.
+void TakeBodies(const EstimateJob& job, const Config& config, std::vector<BodyEstimate> of_others,
+                ResultContext* to) {
+  to->map = config.set_up.map;
+  to->map_moves = config.set_up.rig.mounted_on == MountedOn::kWorld;
+  to->body = config.body;
+  to->of_others = std::move(of_others);
+  for (const BodyEstimate& other : to->of_others) {
+    for (const std::string& warning : other.estimate.warnings) {
+      std::cerr << "tagtwist_estimate: warning: " << other.name << ": " << warning << "\n";
+    }
+    const auto n = std::count_if(
+        other.estimate.frames.begin(), other.estimate.frames.end(),
+        [](const FrameEstimate& frame) { return frame.status != FrameStatus::kNoFix; });
+    Messages(job) << other.name << ": " << n << " states\n";
+  }
+}
+
 // What the run gives, with what its inputs and doubts say among its warnings. `lost`: why
 // a file that states go to lacks some.
 Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, const Inputs& taken,
@@ -155,7 +175,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
            Outcome* worst) {
   const Stopwatch watch;
   if (const auto fine = CheckRigOf(job, config); !fine) return fine;
-  auto kept = CheckInputsAreKept(job);
+  auto kept = CheckInputsAreKept(job, config);
   if (!kept) return kept.error();
   if (const auto writable = CheckOutputFolder(job.output); !writable) return writable;
   if (job.only_detections) return MeasurePiece(job, config);
@@ -194,7 +214,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
     context.gyro = AlignGyroTo(job, estimate, config, (*source)->imu());
   }
   context.rows = CompareMethods(estimate, context.truth, {});
-  context.map = config.set_up.map;
+  TakeBodies(job, config, std::move(run->of_others), &context);
   context.write_covariance = job.write_covariance;
   run->facts.inputs = std::move(context.facts.inputs);
   run->facts.taken = std::move(context.facts.taken);

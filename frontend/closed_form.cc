@@ -53,9 +53,11 @@ std::vector<TagDetection> TagsOnPlane(const std::vector<TagDetection>& tags,
 }  // namespace
 
 ClosedFormEstimator::ClosedFormEstimator(const Camera& camera, const Pose& cam_from_body,
-                                         const TagMap& map, const ClosedFormOptions& options)
+                                         MountedOn mounted_on, const TagMap& map,
+                                         const ClosedFormOptions& options)
     : camera_(camera),
       cam_from_body_(cam_from_body),
+      mounted_on_(mounted_on),
       map_(map),
       options_(options),
       planes_(FindTagPlanes(map.tags())) {}
@@ -70,7 +72,11 @@ ClosedForm ClosedFormEstimator::Update(int64_t t_ns, const std::vector<TagDetect
         PoseFromTags(TagsOnPlane(tags, planes_, plane), map_, planes_.world_from_plane[plane],
                      camera_, {options_.normalise_points, options_.seed_scale});
   }
-  if (world_from_cam) closed_form.world_from_body = *world_from_cam * cam_from_body_;
+  if (world_from_cam) {
+    closed_form.world_from_body = mounted_on_ == MountedOn::kBody
+                                      ? *world_from_cam * cam_from_body_
+                                      : Inverse(*world_from_cam * cam_from_body_);
+  }
 
   const double measured_dt_s = last_t_ns_ ? ToSeconds(t_ns - *last_t_ns_) : 0;
   if (measured_dt_s > 0 && measured_dt_s <= options_.max_gap_s) {
@@ -116,7 +122,9 @@ std::vector<FlowPoint> ClosedFormEstimator::Flow(
 void ClosedFormEstimator::UpdateTwists(int64_t t_ns, const std::vector<FlowPoint>& flow,
                                        double dt_s, ClosedForm* closed_form) {
   const auto in_body = [&](const CameraTwist& twist_of_cam_in_cam) {
-    return BodyTwist(twist_of_cam_in_cam, cam_from_body_, *closed_form->world_from_body);
+    return mounted_on_ == MountedOn::kBody
+               ? BodyTwist(twist_of_cam_in_cam, cam_from_body_, *closed_form->world_from_body)
+               : TwistSeenFrom(twist_of_cam_in_cam, cam_from_body_, *closed_form->world_from_body);
   };
   if (const auto twist = SolveTwist(flow)) closed_form->twist_plain = in_body(*twist);
 

@@ -9,6 +9,7 @@
 #include "frontend/flow/twist_ransac.h"
 #include "frontend/types/camera.h"
 #include "frontend/types/measurements.h"
+#include "frontend/types/rig.h"
 #include "frontend/types/tag_map.h"
 #include "frontend/types/tag_planes.h"
 
@@ -19,8 +20,8 @@ namespace tagtwist::internal {
 /// image), that of the corners of the tags seen in both frames. The twist needs the frame's pose.
 class ClosedFormEstimator {
  public:
-  ClosedFormEstimator(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
-                      const ClosedFormOptions& options);
+  ClosedFormEstimator(const Camera& camera, const Pose& cam_from_body, MountedOn mounted_on,
+                      const TagMap& map, const ClosedFormOptions& options);
 
   /// Closed form of the next frame. Stamps must grow. Tags are in the map (FilterTags); tracks are
   /// sorted by id.
@@ -36,6 +37,7 @@ class ClosedFormEstimator {
 
   Camera camera_;
   Pose cam_from_body_;
+  MountedOn mounted_on_;
   TagMap map_;
   ClosedFormOptions options_;
   TagPlanes planes_;

@@ -7,10 +7,12 @@
 namespace tagtwist::internal {
 
 TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observation,
-                                                 const Camera& camera, const Pose& cam_from_body)
+                                                 const Camera& camera, const Pose& cam_from_body,
+                                                 MountedOn mounted_on)
     : corners_in_world_(observation.corners_in_world),
       pixels_(observation.pixels),
       camera_(camera),
+      mounted_on_(mounted_on),
       cam_from_body_rotation_(cam_from_body.rotation().toRotationMatrix()),
       body_in_cam_(cam_from_body.translation()) {
   is_diagonal_ = observation.covariance.isDiagonal(0);
@@ -20,16 +22,22 @@ TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observati
 
 bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,
                                         Eigen::Matrix<double, 8, 6>* jacobian) const {
-  const Eigen::Matrix3d body_from_world_rotation =
-      Eigen::Map<const Eigen::Quaterniond>(pose).toRotationMatrix().transpose();
+  const bool on_body = mounted_on_ == MountedOn::kBody;
+  const Eigen::Matrix3d world_from_body_rotation =
+      Eigen::Map<const Eigen::Quaterniond>(pose).toRotationMatrix();
+  const Eigen::Matrix3d body_from_world_rotation = world_from_body_rotation.transpose();
   const Eigen::Map<const Eigen::Vector3d> body_in_world(pose + 4);
   Eigen::Matrix<double, 8, 1> error;
   Eigen::Matrix<double, 8, 6> d_error;
   for (int i = 0; i < 4; ++i) {
     const auto c = static_cast<size_t>(i);
-    const Eigen::Vector3d corner_in_body =
-        body_from_world_rotation * (corners_in_world_[c] - body_in_world);
-    const Eigen::Vector3d corner_in_cam = cam_from_body_rotation_ * corner_in_body + body_in_cam_;
+    Eigen::Vector3d beside_cam;  // in the frame that the camera is fixed to
+    if (on_body) {
+      beside_cam = body_from_world_rotation * (corners_in_world_[c] - body_in_world);
+    } else {
+      beside_cam = world_from_body_rotation * corners_in_world_[c] + body_in_world;
+    }
+    const Eigen::Vector3d corner_in_cam = cam_from_body_rotation_ * beside_cam + body_in_cam_;
     Eigen::Vector2d predicted;
     Eigen::Matrix<double, 2, 3> d_pixel_d_cam;
     if (!camera_.Project(corner_in_cam, &predicted, jacobian ? &d_pixel_d_cam : nullptr)) {
@@ -37,9 +45,15 @@ bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double
     }
     error.segment<2>(2 * i) = predicted - pixels_[c];
     if (jacobian == nullptr) continue;
-    const Eigen::Matrix<double, 2, 3> d_pixel_d_body = d_pixel_d_cam * cam_from_body_rotation_;
-    d_error.block<2, 3>(2 * i, 0) = d_pixel_d_body * Hat(corner_in_body);
-    d_error.block<2, 3>(2 * i, 3) = -d_pixel_d_body * body_from_world_rotation;
+    const Eigen::Matrix<double, 2, 3> d_pixel = d_pixel_d_cam * cam_from_body_rotation_;
+    if (on_body) {
+      d_error.block<2, 3>(2 * i, 0) = d_pixel * Hat(beside_cam);
+      d_error.block<2, 3>(2 * i, 3) = -d_pixel * body_from_world_rotation;
+    } else {
+      d_error.block<2, 3>(2 * i, 0) =
+          -d_pixel * world_from_body_rotation * Hat(corners_in_world_[c]);
+      d_error.block<2, 3>(2 * i, 3) = d_pixel;
+    }
   }
   if (is_in_pixels_) {
     *residual = error;

@@ -6,6 +6,7 @@
 
 #include "frontend/types/camera.h"
 #include "frontend/types/pose.h"
+#include "frontend/types/rig.h"
 
 namespace tagtwist::internal {
 
@@ -18,13 +19,15 @@ struct TagObservation {
 
 /// Whitened reprojection of the four corners of a tag, 8x1, corner after corner:
 ///   r = W (u - pixels),   u_i = Project(cam_from_body * body_from_world * corner_in_world_i),
+/// of a camera that stands in W, where the map's tags are the body's,
+///                         u_i = Project(cam_from_world * world_from_body * corner_in_body_i),
 /// W'W = inverse of the corners' covariance. One block, so that a robust loss judges the
 /// tag as a whole: a wrong tag is wrong in all its corners. Block 0: world_from_body (Pose::params,
 /// PoseManifold). Evaluate returns false when a corner lies behind the camera.
 class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
  public:
   TagReprojectionResidual(const TagObservation& observation, const Camera& camera,
-                          const Pose& cam_from_body);
+                          const Pose& cam_from_body, MountedOn mounted_on = MountedOn::kBody);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
   /// Evaluate with the Jacobian in the pose's tangent [theta, rho], which may be nullptr.
@@ -43,7 +46,8 @@ class TagReprojectionResidual final : public ceres::SizedCostFunction<8, 7> {
   std::array<Eigen::Vector2d, 4> pixels_;
   bool is_in_pixels_ = false, is_diagonal_ = false;  // W, where corners have no own covariance
   Camera camera_;
-  Eigen::Matrix3d cam_from_body_rotation_;
+  MountedOn mounted_on_;
+  Eigen::Matrix3d cam_from_body_rotation_;  // or cam_from_world's
   Eigen::Vector3d body_in_cam_;
   Eigen::Matrix<double, 8, 8> whitener_;  // last: in pixels nobody reads it
 };

@@ -141,7 +141,7 @@ Doubts DoubtsOf(const EstimateJob& job, const Config& config, const TagSample& s
   }
   if (estimate == nullptr) return out;
   for (const Fault& fault : ImplausibleMotion(PosesOf(*estimate))) out.push_back(fault);
-  if (!truth.empty() && out.empty() && is_of_one) {
+  if (!truth.empty() && out.empty() && is_of_one && config.set_up.rig.IsOneOnTheBody()) {
     constexpr double kMaxGapS = 0.1;
     Add(FindTruthFault(EstimatedSeries(estimate->frames), truth,
                        config.set_up.rig.front().cam_from_body, kMaxGapS),

@@ -48,11 +48,11 @@ std::string CameraLine(const RigCamera& mounted, const std::string& origin) {
   return out + ", from " + origin;
 }
 
-std::string MountLine(const RigCamera& mounted, const std::string& origin) {
+std::string MountLine(const RigCamera& mounted, MountedOn on, const std::string& origin) {
   const Eigen::Vector3d t = mounted.cam_from_body.translation();
-  return Format("mount      cam_from_body at (%.4g, %.4g, %.4g) m, turned %.1f deg, from ", t.x(),
-                t.y(), t.z(),
-                57.29578 * Eigen::AngleAxisd(mounted.cam_from_body.rotation()).angle()) +
+  const char* key = on == MountedOn::kBody ? "cam_from_body" : "cam_from_world";
+  return Format("mount      %s at (%.4g, %.4g, %.4g) m, turned %.1f deg, from ", key, t.x(), t.y(),
+                t.z(), 57.29578 * Eigen::AngleAxisd(mounted.cam_from_body.rotation()).angle()) +
          origin;
 }
 
@@ -66,22 +66,23 @@ std::vector<std::string> CameraLines(const Config& config) {
                     Format(", clock %+.6g s", cameras[i].clock_offset_s));
     }
     out.push_back(CameraLine(cameras[i], config.origins.camera));
-    out.push_back(MountLine(cameras[i], config.origins.mount));
+    out.push_back(MountLine(cameras[i], config.set_up.rig.mounted_on, config.origins.mount));
   }
   return out;
 }
 
 std::string MapLine(const Config& config) {
   double smallest_m = 1e9, largest_m = 0;
-  for (const Tag& tag : config.set_up.map.tags()) {
+  const TagMap all_tags = config.AllTags();
+  for (const Tag& tag : all_tags.tags()) {
     smallest_m = std::min(smallest_m, tag.size_m);
     largest_m = std::max(largest_m, tag.size_m);
   }
   const std::string sizes = smallest_m == largest_m
                                 ? Format("%.4g mm", 1e3 * smallest_m)
                                 : Format("%.4g to %.4g mm", 1e3 * smallest_m, 1e3 * largest_m);
-  return Format("map        %zu tags of ", config.set_up.map.tags().size()) +
-         config.set_up.map.family() + ", " + sizes + ", from " + config.origins.map +
+  return Format("map        %zu tags of ", all_tags.tags().size()) + config.set_up.map.family() +
+         ", " + sizes + ", from " + config.origins.map +
          (config.origins.map_is_assumed ? " (neither --map nor --config names another)" : "");
 }
 
@@ -169,7 +170,7 @@ std::vector<InputFile> InputFilesOf(const EstimateJob& job) {
   return out;
 }
 
-Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
+Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job, const Config& config) {
   RunFiles files;
   files.Reads("--config", job.config.config);
   files.Reads("--camera_file", job.config.camera_file);
@@ -183,15 +184,17 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job) {
   if (auto checked = files.WritesStandardOutput(); !checked) return checked.error();
   for (const std::string& file : FilesOfPieces(job.pieces)) files.Reads("--pieces", file);
   if (job.only_detections) return files.WritesSet("--output", PieceSet(job.output));
-  const ResultKinds kinds{job.run.sliding_window, job.write_covariance, job.calibrate,
-                          job.map_unknown_tags, job.write_detections};
+  ResultKinds kinds{job.run.sliding_window, job.write_covariance, job.calibrate,
+                    job.map_unknown_tags, job.write_detections};
+  if (!config.body.empty()) kinds.bodies.push_back(config.body);
+  for (const TaggedBody& body : config.bodies) kinds.bodies.push_back(body.name);
   return files.WritesSet("--output", ResultSet(job.output, kinds));
 }
 
 std::string ConfigurationText(const Config& config) {
   return (config.recordings.empty() ? CameraSectionText(config) + MountSectionText(config)
                                     : CamerasSectionText(config)) +
-         Format("\n# tag_map: %zu tags of ", config.set_up.map.tags().size()) +
+         Format("\n# tag_map: %zu tags of ", config.AllTags().tags().size()) +
          config.set_up.map.family() + ", SHA-256 " + DigestText(MapSectionText(config)) + "\n" +
          OptionsText(config);
 }

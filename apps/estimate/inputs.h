@@ -22,7 +22,7 @@ Result<Inputs> TakeInputs(const EstimateJob& job, const Config& config, const Da
 std::vector<InputFile> InputFilesOf(const EstimateJob& job);
 
 /// Refuses to write over what the job reads. Names of older results that stay: this run reads them.
-Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job);
+Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job, const Config& config);
 
 /// The configuration as it was resolved from files and flags: the YAML of camera, mount and
 /// options; of the map its size and the digest of its YAML.

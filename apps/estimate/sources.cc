@@ -20,7 +20,36 @@ DataSourceOptions SourceOptions(const EstimateJob& job, const Config& config) {
   return options;
 }
 
+// What works with a camera that moves, or with the tags of one body.
+Status CheckStanding(const EstimateJob& job, const Config& config) {
+  struct Asked {
+    bool is_asked;
+    const char* flag;
+  };
+  const bool stands = config.set_up.rig.mounted_on == MountedOn::kWorld;
+  const bool has_bodies = !config.bodies.empty() || !config.body.empty();
+  for (const Asked& asked :
+       std::vector<Asked>{{job.calibrate, "--calibrate"},
+                          {job.map_unknown_tags, "--map_unknown_tags"},
+                          {!job.overlay.empty(), "--overlay"},
+                          {job.run.detection == DetectionMode::kGuided, "--detection guided"}}) {
+    if (!asked.is_asked || !(stands || has_bodies)) continue;
+    return Error{job.config.config + (stands ? ": cam_from_world: " : ": bodies: ") + asked.flag +
+                 " is of a camera that moves over tags that stand"};
+  }
+  for (const Asked& asked :
+       std::vector<Asked>{{job.write_detections, "--write_detections"},
+                          {job.only_detections, "--only_detections"},
+                          {!job.pieces.empty(), "--pieces"},
+                          {config.estimator.clock == ClockChoice::kSteady, "--clock steady"}}) {
+    if (!asked.is_asked || !has_bodies) continue;
+    return Error{job.config.config + ": bodies: " + asked.flag + " is of the tags of one"};
+  }
+  return Ok();
+}
+
 Status CheckRigOf(const EstimateJob& job, const Config& config) {
+  if (const auto fine = CheckStanding(job, config); !fine) return fine;
   if (config.recordings.empty()) return Ok();
   const auto refuse = [&](const std::string& flag) {
     return Error{job.config.config + ": cameras: " + flag +

@@ -106,7 +106,8 @@ Result<std::vector<SimulatedCamera>> CamerasOf(const SimulateJob& job, const Con
   std::vector<double> clocks_s;  // one after the other as they come
   for (size_t i = 0; i < config.recordings.size(); ++i) {
     const RigCamera& mounted = config.set_up.rig.cameras.at(i);
-    SimulatedCamera camera{{{{mounted}}, config.set_up.map}, job.simulator, "", stamps_ns, 0};
+    const Rig alone{{mounted}, config.set_up.rig.mounted_on};
+    SimulatedCamera camera{{alone, config.set_up.map}, job.simulator, "", stamps_ns, 0};
     camera.output = (std::filesystem::path(job.output) / config.recordings[i].path).string();
     camera.options.random_seed += kNextSeed * i;
     if (mounted.line_time_s != 0) camera.options.line_time_s = mounted.line_time_s;

@@ -8,13 +8,23 @@
 
 namespace tagtwist::internal {
 
+Pose MountedCamera::CamFromMap(const Pose& world_from_body) const {
+  return mounted_on == MountedOn::kBody ? cam_from_body * Inverse(world_from_body)
+                                        : cam_from_body * world_from_body;
+}
+
+Pose MountedCamera::BodyOf(const Pose& cam_from_map) const {
+  return mounted_on == MountedOn::kBody ? Inverse(cam_from_map) * cam_from_body
+                                        : Inverse(cam_from_body) * cam_from_map;
+}
+
 MountedCamera EstimatorSetup::CameraOf(int index) const {
-  if (index == 0) return {camera, cam_from_body, line_time_s};
+  if (index == 0) return {camera, cam_from_body, line_time_s, mounted_on};
   TAGTWIST_CHECK(index > 0 && index < n_cameras(), "a tag is of the rig's cameras, but " +
                                                        std::to_string(index) + " of " +
                                                        std::to_string(n_cameras()) + " is told");
   const RigCamera& other = others[static_cast<size_t>(index) - 1];
-  return {other.camera, other.cam_from_body, other.line_time_s};
+  return {other.camera, other.cam_from_body, other.line_time_s, mounted_on};
 }
 
 std::vector<Camera> EstimatorSetup::Cameras() const {
@@ -35,11 +45,12 @@ EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& o
   out.camera = camera.camera;
   out.line_time_s = camera.line_time_s;
   out.cam_from_body = camera.cam_from_body;
+  out.mounted_on = set_up.rig.mounted_on;
   out.others.assign(set_up.rig.cameras.begin() + 1, set_up.rig.cameras.end());
   out.map = set_up.map;
   out.options = options;
   for (const RigCamera& one : set_up.rig.cameras) out.camera_names.push_back(one.name);
-  if (out.HasRollingShutter() || out.n_cameras() > 1) out.options.use_tracks = false;
+  if (out.HasRollingShutter() || !set_up.rig.IsOneOnTheBody()) out.options.use_tracks = false;
   if (out.n_cameras() > 1) out.options.clock = ClockChoice::kStamps;
   out.planes = FindTrackPlanes(set_up.map);
   return out;

@@ -63,8 +63,8 @@ void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetec
     observation.pixels = tag.corners;
     observation.covariance = CornerCovariance(setup, tag, own ? sigma_px : 1);
     const MountedCamera seen_by = setup.CameraOf(tag.camera);
-    const auto cost = std::make_shared<TagReprojectionResidual>(observation, seen_by.camera,
-                                                                seen_by.cam_from_body);
+    const auto cost = std::make_shared<TagReprojectionResidual>(
+        observation, seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
     factor->own_log_det = cost->LogDetInformation();
     factor->cost = cost;
   }
@@ -256,8 +256,11 @@ std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
   const MountedCamera seen_by = setup.CameraOf(camera);
   const auto normalised = seen_by.camera.Unproject(pixel);
   if (!normalised) return std::nullopt;
+  const Pose plane_from_map = Inverse(world_from_plane);
   const Pose plane_from_cam =
-      Inverse(world_from_plane) * world_from_body * Inverse(seen_by.cam_from_body);
+      seen_by.mounted_on == MountedOn::kBody
+          ? plane_from_map * world_from_body * Inverse(seen_by.cam_from_body)
+          : plane_from_map * Inverse(seen_by.CamFromMap(world_from_body));
   const Ray ray{plane_from_cam.translation(),
                 plane_from_cam.rotation() * normalised->homogeneous()};
   const double depth = DistanceToPlane(ray, Eigen::Vector3d::UnitZ(), 0);

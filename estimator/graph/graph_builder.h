@@ -19,8 +19,14 @@ namespace tagtwist::internal {
 /// How a camera sees.
 struct MountedCamera {
   const Camera& camera;
-  const Pose& cam_from_body;
+  const Pose& cam_from_body;  // or cam_from_world (Rig)
   double line_time_s;
+  MountedOn mounted_on;
+
+  /// From the frame in which the map has the tags, when the body is there.
+  Pose CamFromMap(const Pose& world_from_body) const;
+  /// The inverse: where the body is when the camera has the map there.
+  Pose BodyOf(const Pose& cam_from_map) const;
 };
 
 /// What does not change during a run, as the solvers take it: BatchEstimator and SlidingWindow make
@@ -29,8 +35,9 @@ struct EstimatorSetup {
   Camera camera;           // the first of the rig,
   double line_time_s = 0;  // of a rolling shutter (RigCamera)
   Pose cam_from_body;
-  std::vector<RigCamera> others;          // and those after it;
-  std::vector<std::string> camera_names;  // of all
+  MountedOn mounted_on = MountedOn::kBody;  // all of them
+  std::vector<RigCamera> others;            // and those after it;
+  std::vector<std::string> camera_names;    // of all
   TagMap map;
   EstimatorOptions options;
   std::vector<TrackPlane> planes;     // of the map

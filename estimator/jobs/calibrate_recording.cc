@@ -30,10 +30,10 @@ Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label
 Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* source,
                                        const Config& config, const RunOptions& options,
                                        const std::vector<TruthSample>& truth) {
-  if (!config.recordings.empty()) {
+  if (!config.recordings.empty() || !config.set_up.rig.IsOneOnTheBody()) {
     return Error{dataset +
-                 ": one camera is calibrated, and the configuration has the section "
-                 "cameras: name one by camera and cam_from_body instead"};
+                 ": one camera on the body is calibrated, and the configuration has others: "
+                 "name one by camera and cam_from_body instead"};
   }
   const auto measurements = MeasureRecording("calibrating", source, config, options);
   if (!measurements) return measurements.error();

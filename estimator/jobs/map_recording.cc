@@ -29,10 +29,10 @@ Result<TagMap> AllTags(const MappingOptions& options, const std::vector<int>& mo
 }  // namespace
 
 Result<Mapping> MapRecording(const MapJob& job, const Config& config) {
-  if (!config.recordings.empty()) {
+  if (!config.recordings.empty() || !config.set_up.rig.IsOneOnTheBody()) {
     return Error{job.recording +
-                 ": a map is made with one camera, and the configuration has the "
-                 "section cameras: name one by camera and cam_from_body instead"};
+                 ": a map is made with one camera on the body, and the configuration has "
+                 "others: name one by camera and cam_from_body instead"};
   }
   Config any = config;
   auto all = AllTags(job.mapping, config.movable_tags);

@@ -18,14 +18,20 @@ Status CheckImageSize(const Frame& frame, const Rig& rig) {
   return problem ? Status(Error{frame.name + ": " + *problem}) : Ok();
 }
 
-// Those of another camera into a frame.
-void Merge(MeasuredFrame other, MeasuredFrame* frame) {
-  FrameMeasurements &to = frame->measurements, &from = other.measurements;
-  to.tags.insert(to.tags.end(), from.tags.begin(), from.tags.end());
-  to.doubled_ids.insert(to.doubled_ids.end(), from.doubled_ids.begin(), from.doubled_ids.end());
-  to.cut_short = to.cut_short || from.cut_short;
-  if (!to.closed_form.world_from_body) to.closed_form = from.closed_form;
-  if (frame->image_problem.empty()) frame->image_problem = std::move(other.image_problem);
+// What another camera sees of a body at the same time.
+void Merge(const FrameMeasurements& from, FrameMeasurements* to) {
+  to->tags.insert(to->tags.end(), from.tags.begin(), from.tags.end());
+  to->doubled_ids.insert(to->doubled_ids.end(), from.doubled_ids.begin(), from.doubled_ids.end());
+  to->cut_short = to->cut_short || from.cut_short;
+  if (!to->closed_form.world_from_body) to->closed_form = from.closed_form;
+}
+
+void Merge(const MeasuredFrame& other, MeasuredFrame* frame) {
+  Merge(other.measurements, &frame->measurements);
+  for (size_t i = 0; i < other.of_others.size(); ++i) {
+    Merge(other.of_others[i], &frame->of_others[i]);
+  }
+  if (frame->image_problem.empty()) frame->image_problem = other.image_problem;
   frame->detect_ms += other.detect_ms;
   frame->track_ms += other.track_ms;
   frame->seed_ms += other.seed_ms;
@@ -69,7 +75,7 @@ namespace {
 
 bool IsSwept(const Config& config, DetectionMode detection) {
   return detection != DetectionMode::kFull && config.front_end.detector.refine_pattern &&
-         !config.set_up.rig.IsOfSeveral();
+         config.set_up.rig.IsOneOnTheBody() && config.bodies.empty();
 }
 
 bool SearchesImages(const StreamOptions& options) {
@@ -84,13 +90,15 @@ size_t FramesPerPiece(const Config& config, DetectionMode detection) {
 
 Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
                                                     const StreamOptions& options) {
+  const TagMap all_tags = config.AllTags();
   std::vector<CornerRefiner> refiners;
   for (const RigCamera& mounted : config.set_up.rig.cameras) {
-    auto refiner = CornerRefiner::Create(config.set_up.map, mounted.camera);
+    auto refiner = CornerRefiner::Create(all_tags, mounted.camera);
     if (!refiner) return refiner.error();
     refiners.push_back(std::move(*refiner));
   }
-  auto shared = std::make_unique<const Shared>(Shared{config, std::move(refiners), options});
+  auto shared =
+      std::make_unique<const Shared>(Shared{config, all_tags, std::move(refiners), options});
   std::vector<Searcher> searchers(static_cast<size_t>(std::max(1, options.threads)));
   const TagDetectorOptions& look = config.front_end.detector;
   for (Searcher& searcher : searchers) {
@@ -110,9 +118,12 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
 MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
                                      std::vector<Searcher> searchers)
     : source_(source), shared_(std::move(shared)), searchers_(std::move(searchers)) {
-  for (const RigCamera& mounted : shared_->config.set_up.rig.cameras) {
-    front_ends_.emplace_back(SetUp{{{mounted}}, shared_->config.set_up.map},
-                             shared_->config.front_end);
+  for (const SetUp& set_up : shared_->config.SetUps()) {
+    std::vector<FrontEnd>& of_body = front_ends_.emplace_back();
+    for (const RigCamera& mounted : set_up.rig.cameras) {
+      const Rig alone{{mounted}, set_up.rig.mounted_on};
+      of_body.emplace_back(SetUp{alone, set_up.map}, shared_->config.front_end);
+    }
   }
 }
 
@@ -133,10 +144,10 @@ SearchedFrame MeasurementStream::DetectOne(Frame frame, const Shared& shared,
       out.doubled_ids = tags->second.doubled_ids;
     }
   } else if (shared.options.use_detections) {
-    out.tags = FilterTags(frame.detections, config.set_up.map, camera, look.border_px);
-    out.doubled_ids = DoubledIdsOf(frame, config.set_up.map);
+    out.tags = FilterTags(frame.detections, shared.all_tags, camera, look.border_px);
+    out.doubled_ids = DoubledIdsOf(frame, shared.all_tags);
   } else {
-    out.tags = FindTags(frame.image, *searcher.detector, shared.refiners[index], config.set_up.map,
+    out.tags = FindTags(frame.image, *searcher.detector, shared.refiners[index], shared.all_tags,
                         camera, look, &out.doubled_ids);
   }
   for (TagDetection& tag : out.tags) tag.camera = frame.camera;
@@ -216,8 +227,28 @@ Result<std::optional<SearchedFrame>> MeasurementStream::NextDetected() {
   return out;
 }
 
-MeasuredFrame MeasurementStream::Measure(SearchedFrame searched) {
+DetectedFrame MeasurementStream::SeenOf(size_t body, const SearchedFrame& searched) const {
+  const Config& config = shared_->config;
+  DetectedFrame out{searched.frame.t_ns, searched.tags, false, {}, searched.doubled_ids};
+  // Tracks are of what stands: of a camera that moves, about the tags that stand.
+  if (config.set_up.rig.mounted_on == MountedOn::kBody && body == 0) {
+    out.image = searched.frame.image;
+  }
+  if (config.bodies.empty()) return out;
+  const TagMap& map = body == 0 ? config.set_up.map : config.bodies[body - 1].map;
+  const auto is_of_others = [&](int id) { return map.Find(id) == nullptr; };
+  out.tags.erase(std::remove_if(out.tags.begin(), out.tags.end(),
+                                [&](const TagDetection& tag) { return is_of_others(tag.id); }),
+                 out.tags.end());
+  out.doubled_ids.erase(
+      std::remove_if(out.doubled_ids.begin(), out.doubled_ids.end(), is_of_others),
+      out.doubled_ids.end());
+  return out;
+}
+
+MeasuredFrame MeasurementStream::Measure(const SearchedFrame& searched) {
   const Frame& frame = searched.frame;
+  const auto camera = static_cast<size_t>(frame.camera);
   MeasuredFrame out;
   out.detect_ms = searched.detect_ms;
   if (frame.camera == 0) out.image = frame.image;
@@ -226,12 +257,14 @@ MeasuredFrame MeasurementStream::Measure(SearchedFrame searched) {
   if (deadline_ != nullptr) options.detection_time_up = deadline_->ForDetection();
   Stopwatch watch;
   options.after_stage = [&](FrameStage stage) {
-    (stage == FrameStage::kTrack ? out.track_ms : out.seed_ms) = watch.ElapsedMs();
+    (stage == FrameStage::kTrack ? out.track_ms : out.seed_ms) += watch.ElapsedMs();
     watch = Stopwatch();
   };
-  out.measurements = MeasureFrame(
-      {frame.t_ns, std::move(searched.tags), false, frame.image, std::move(searched.doubled_ids)},
-      options, &front_ends_[static_cast<size_t>(frame.camera)]);
+  out.measurements = MeasureFrame(SeenOf(0, searched), options, &front_ends_[0][camera]);
+  for (size_t body = 1; body < front_ends_.size(); ++body) {
+    out.of_others.push_back(
+        MeasureFrame(SeenOf(body, searched), options, &front_ends_[body][camera]));
+  }
   return out;
 }
 
@@ -239,10 +272,9 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   auto next = NextDetected();
   if (!next) return next.error();
   if (!*next) return std::optional<MeasuredFrame>();
-  std::vector<SearchedFrame> others = std::move((*next)->others);
-  MeasuredFrame out = Measure(std::move(**next));
-  for (SearchedFrame& other : others) Merge(Measure(std::move(other)), &out);
-  if (front_ends_.size() > 1) out.measurements.tracks.clear();  // ids are of each camera
+  MeasuredFrame out = Measure(**next);
+  for (const SearchedFrame& other : (*next)->others) Merge(Measure(other), &out);
+  if (front_ends_.front().size() > 1) out.measurements.tracks.clear();  // ids are of each camera
   return std::optional<MeasuredFrame>(std::move(out));
 }
 

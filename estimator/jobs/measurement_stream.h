@@ -10,6 +10,7 @@
 
 #include "estimator/live/frame_deadline.h"
 #include "estimator/online/config.h"
+#include "estimator/online/measure_frame.h"
 #include "estimator/online/online_options.h"
 #include "estimator/result/run_facts.h"
 #include "frontend/front_end.h"
@@ -24,6 +25,7 @@ namespace tagtwist::internal {
 /// One frame of a recording, measured, and what it took.
 struct MeasuredFrame {
   FrameMeasurements measurements;
+  std::vector<FrameMeasurements> of_others = {};  // of Config::bodies
   std::string image_problem;  // "path: cannot decode"; empty when the image is fine or not needed
   double detect_ms = 0, track_ms = 0, seed_ms = 0;
   cv::Mat image;  // 8-bit gray; empty: none was read
@@ -66,7 +68,8 @@ size_t FramesPerPiece(const Config& config, DetectionMode detection);
 /// pieces of them, are detected ahead while this frame's tracks are followed. What `measured`
 /// points to must outlive the stream. Of a rig each image is searched by itself, the tags of all
 /// cameras at one time are one frame's, the closed form is that of the first camera that has any,
-/// and there are no tracks.
+/// and there are no tracks; so it is with cameras that stand. Of several bodies the tags are
+/// parted.
 class MeasurementStream {
  public:
   static Result<MeasurementStream> Create(DataSource* source, const Config& config,
@@ -86,6 +89,7 @@ class MeasurementStream {
   // What tasks read: it stays where it is, and does not change.
   struct Shared {
     Config config;
+    TagMap all_tags;                      // of every body
     std::vector<CornerRefiner> refiners;  // of each camera
     StreamOptions options;
   };
@@ -99,7 +103,8 @@ class MeasurementStream {
                     std::vector<Searcher> searchers);
   std::vector<Frame> ReadPiece();
   void FillQueue();
-  MeasuredFrame Measure(SearchedFrame searched);
+  DetectedFrame SeenOf(size_t body, const SearchedFrame& searched) const;
+  MeasuredFrame Measure(const SearchedFrame& searched);
   static Piece Detect(std::vector<Frame> frames, const Shared& shared, Searcher* searcher);
   static SearchedFrame DetectOne(Frame frame, const Shared& shared, const Searcher& searcher);
 
@@ -112,7 +117,7 @@ class MeasurementStream {
   bool at_end_ = false;
   Status end_ = Ok();                  // an error that ended the recording, after the frames before
   FrameDeadline* deadline_ = nullptr;  // none
-  std::vector<FrontEnd> front_ends_;   // of each camera
+  std::vector<std::vector<FrontEnd>> front_ends_;  // of each body, of each camera
   std::deque<SearchedFrame> ready_;
   std::deque<std::future<Piece>> queue_;  // last member: tasks end before what they read
 };

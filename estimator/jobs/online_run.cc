@@ -10,6 +10,7 @@
 #include "estimator/live/frame_deadline.h"
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/online_estimator.h"
+#include "estimator/result/body_in_world.h"
 #include "estimator/rig/rig_tags.h"
 
 namespace tagtwist::internal {
@@ -19,6 +20,23 @@ bool HasFix(const std::vector<FrameEstimate>& frames) {
   return std::any_of(frames.begin(), frames.end(), [](const FrameEstimate& frame) {
     return frame.status != FrameStatus::kNoFix;
   });
+}
+
+void KeepOutput(WindowOutput output, Estimate* estimate) {
+  for (FrameEstimate& left : output.lagged) estimate->lagged.push_back(std::move(left));
+  estimate->frames.push_back(std::move(output.current));
+  estimate->reprojection_px.insert(estimate->reprojection_px.end(), output.reprojection_px.begin(),
+                                   output.reprojection_px.end());
+}
+
+// What a window says when it is at its end.
+void KeepEnd(OnlineEstimator* estimator, Estimate* estimate) {
+  for (FrameEstimate& frame : estimator->Finish()) estimate->lagged.push_back(std::move(frame));
+  const SlidingWindow& window = estimator->window();
+  estimate->noise = window.noise();
+  estimate->reprojection = window.Reprojection();
+  estimate->cameras = window.Cameras();
+  for (std::string& warning : window.Warnings()) estimate->warnings.push_back(std::move(warning));
 }
 
 }  // namespace
@@ -44,6 +62,7 @@ struct OnlineRun::Impl {
   Result<std::optional<WindowOutput>> NextOfImage();
   Result<std::optional<WindowOutput>> NextOfStream();
   void Keep(WindowOutput output);
+  Status AddToOthers(std::vector<FrameMeasurements> measurements);
 
   OnlineFrame frame;
   DataSource* source;
@@ -53,6 +72,7 @@ struct OnlineRun::Impl {
   std::optional<FrameDeadline> deadline;
   Stopwatch since_last_stage;
   std::optional<OnlineEstimator> estimator;
+  std::vector<OnlineEstimator> of_others;   // of Config::bodies
   std::optional<MeasurementStream> stream;  // where detection is not guided
   RunResult out;
 };
@@ -60,7 +80,8 @@ struct OnlineRun::Impl {
 OnlineOptions OnlineRun::Impl::MakeOnlineOptions() {
   OnlineOptions online;
   // Detections at hand need no search: what is in the stream is measured.
-  const bool in_stream = options.use_detections || config.set_up.rig.IsOfSeveral();
+  const bool in_stream =
+      options.use_detections || !config.set_up.rig.IsOneOnTheBody() || !config.bodies.empty();
   online.detection = in_stream && options.detection == DetectionMode::kAuto ? DetectionMode::kFull
                                                                             : options.detection;
   if (deadline) {
@@ -75,6 +96,18 @@ Status OnlineRun::Impl::MakeEstimator() {
   auto made = OnlineEstimator::Create(config, MakeOnlineOptions());
   if (!made) return made.error();
   estimator.emplace(std::move(*made));
+  const auto set_ups = config.SetUps();
+  for (size_t i = 1; i < set_ups.size(); ++i) {
+    Config of_body = config;
+    of_body.set_up = set_ups[i];
+    OnlineOptions in_stream;
+    in_stream.detection = DetectionMode::kFull;
+    auto other = OnlineEstimator::Create(of_body, in_stream);
+    if (!other) return other.error();
+    of_others.push_back(std::move(*other));
+    out.of_others.push_back({config.bodies[i - 1].name, {}});
+    out.of_others.back().estimate.mode = EstimateMode::kSlidingWindow;
+  }
   if (estimator->is_guided()) return Ok();
   auto measured =
       MeasurementStream::Create(source, config, {options.use_detections, options.threads});
@@ -123,9 +156,21 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfStream() {
   if (options.on_measurements) options.on_measurements((*taken)->measurements);
   auto output = estimator->AddMeasurements(std::move((*taken)->measurements));
   if (!output) return walk.OfFrame(output.error());
+  if (const auto added = AddToOthers(std::move((*taken)->of_others)); !added) {
+    return walk.OfFrame(added.error());
+  }
   frame.image = (*taken)->image;
   walk.Add((*taken)->image_problem, !estimator->measurements().tags.empty());
   return std::optional<WindowOutput>(std::move(*output));
+}
+
+Status OnlineRun::Impl::AddToOthers(std::vector<FrameMeasurements> measurements) {
+  for (size_t i = 0; i < of_others.size(); ++i) {
+    auto output = of_others[i].AddMeasurements(std::move(measurements[i]));
+    if (!output) return Error{out.of_others[i].name + ": " + output.error().message};
+    KeepOutput(std::move(*output), &out.of_others[i].estimate);
+  }
+  return Ok();
 }
 
 void OnlineRun::Impl::Keep(WindowOutput output) {
@@ -139,10 +184,7 @@ void OnlineRun::Impl::Keep(WindowOutput output) {
   frame.tags = TagsOfCamera(estimator->measurements().tags, 0);  // whose image is shown
   frame.used_tags = std::move(output.used_tags);
   frame.reprojection_px = output.reprojection_px;
-  for (FrameEstimate& left : output.lagged) estimate.lagged.push_back(std::move(left));
-  estimate.frames.push_back(std::move(output.current));
-  estimate.reprojection_px.insert(estimate.reprojection_px.end(), output.reprojection_px.begin(),
-                                  output.reprojection_px.end());
+  KeepOutput(std::move(output), &estimate);
 }
 
 Result<OnlineRun> OnlineRun::Create(const std::string& dataset, DataSource* source,
@@ -177,18 +219,18 @@ Result<RunResult> OnlineRun::Finish() {
     return Error{impl_->out.facts.dataset + ": " + fine.error().message};
   }
   Estimate& estimate = impl_->out.estimate;
-  for (FrameEstimate& frame : impl_->estimator->Finish()) {
-    estimate.lagged.push_back(std::move(frame));
-  }
+  estimate.warnings = std::move(*warnings);
+  KeepEnd(&*impl_->estimator, &estimate);
   if (!HasFix(estimate.frames) && !HasFix(estimate.lagged)) {
     return Error{impl_->out.facts.dataset + ": no frame has a tag of the map that gives a pose"};
   }
-  const SlidingWindow& window = impl_->estimator->window();
-  estimate.noise = window.noise();
-  estimate.reprojection = window.Reprojection();
-  estimate.cameras = window.Cameras();
-  estimate.warnings = std::move(*warnings);
-  for (std::string& warning : window.Warnings()) estimate.warnings.push_back(std::move(warning));
+  for (size_t i = 0; i < impl_->of_others.size(); ++i) {
+    Estimate& other = impl_->out.of_others[i].estimate;
+    KeepEnd(&impl_->of_others[i], &other);
+    if (impl_->config.set_up.rig.mounted_on == MountedOn::kBody) PutInWorld(estimate, &other);
+    if (HasFix(other.frames) || HasFix(other.lagged)) continue;
+    other.warnings.emplace_back("no frame has a tag of it that gives a pose");
+  }
   return std::move(impl_->out);
 }
 

@@ -9,13 +9,14 @@
 #include "estimator/jobs/recording_walk.h"
 #include "estimator/jobs/stamp_error.h"
 #include "estimator/live/stopwatch.h"
+#include "estimator/result/body_in_world.h"
 
 namespace tagtwist::internal {
 namespace {
 
 // All frames of the recording into the batch.
 Status AddFrames(DataSource* source, const Config& config, const RunOptions& options,
-                 RecordingWalk* walk, StageTimes* times, BatchEstimator* batch) {
+                 RecordingWalk* walk, StageTimes* times, std::vector<BatchEstimator>* batches) {
   auto stream =
       MeasurementStream::Create(source, config,
                                 {options.use_detections, options.threads, options.detection,
@@ -28,9 +29,25 @@ Status AddFrames(DataSource* source, const Config& config, const RunOptions& opt
     AddStageTimes(**frame, times);
     walk->Add((*frame)->image_problem, !(*frame)->measurements.tags.empty());
     if (options.on_measurements) options.on_measurements((*frame)->measurements);
-    batch->Add(std::move((*frame)->measurements));
+    batches->front().Add(std::move((*frame)->measurements));
+    for (size_t i = 1; i < batches->size(); ++i) {
+      (*batches)[i].Add(std::move((*frame)->of_others[i - 1]));
+    }
   }
   return Ok();
+}
+
+// Where a body has no estimate, one without frames whose warning says why: the others have theirs.
+BodyEstimate SolveBody(const std::string& name, const BatchEstimator& batch) {
+  BodyEstimate out{name, {}};
+  auto estimate = batch.Solve();
+  if (!estimate) {
+    out.estimate.warnings.push_back(estimate.error().message);
+    return out;
+  }
+  out.estimate = std::move(*estimate);
+  out.estimate.trajectory = Trajectory();
+  return out;
 }
 
 Result<RunResult> RunInBatch(const std::string& dataset, DataSource* source, const Config& config,
@@ -38,14 +55,23 @@ Result<RunResult> RunInBatch(const std::string& dataset, DataSource* source, con
   RunResult out;
   out.facts.dataset = dataset;
   RecordingWalk walk(dataset, source->stamps_ns().size(), options);
-  BatchEstimator batch(config.set_up, config.estimator, OnThreads(options.threads));
-  const auto added = AddFrames(source, config, options, &walk, &out.facts.times, &batch);
+  std::vector<BatchEstimator> batches;
+  for (const SetUp& set_up : config.SetUps()) {
+    batches.emplace_back(set_up, config.estimator, OnThreads(options.threads));
+  }
+  const auto added = AddFrames(source, config, options, &walk, &out.facts.times, &batches);
   if (!added) return added.error();
   auto warnings = walk.Finish();
   if (!warnings) return warnings.error();
   const Stopwatch watch;
-  auto estimate = batch.Solve();
+  auto estimate = batches.front().Solve();
   if (!estimate) return Error{dataset + ": " + estimate.error().message};
+  for (size_t i = 1; i < batches.size(); ++i) {
+    out.of_others.push_back(SolveBody(config.bodies[i - 1].name, batches[i]));
+    if (config.set_up.rig.mounted_on == MountedOn::kBody) {
+      PutInWorld(*estimate, &out.of_others.back().estimate);
+    }
+  }
   out.facts.times.optimise_ms = {watch.ElapsedMs()};
   out.estimate = std::move(*estimate);
   out.estimate.trajectory = Trajectory();

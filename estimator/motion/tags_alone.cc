@@ -105,7 +105,7 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
     const MountedCamera seen_by = setup.CameraOf(tag.camera);
     residuals.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
                                           CornerCovariance(setup, tag, corner_sigma_px)},
-                           seen_by.camera, seen_by.cam_from_body);
+                           seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
   }
   PoseMeasurement out;
   out.world_from_body = start;

@@ -89,7 +89,15 @@ Result<CameraEntry> ReadEntry(const YamlValue& node, const Limits& limits) {
   if (!(std::abs(out.camera.clock_offset_s) <= 2 * kMostOffsetS)) {
     section.Keep(section.Find("clock_offset_s")->Refuse("from -2e9 to 2e9 s"));
   }
-  const YamlValue* mount = section.Find("cam_from_body");
+  section("mounted_on", out.mounted_on);
+  const bool on_body = out.mounted_on == MountedOn::kBody;
+  const YamlValue* in_body = section.Find("cam_from_body");
+  const YamlValue* in_world = section.Find("cam_from_world");
+  const YamlValue* mount = on_body ? in_body : in_world;
+  if (const YamlValue* other = on_body ? in_world : in_body) {
+    section.Keep(other->Refuse(on_body ? "cam_from_body, or mounted_on: world beside it"
+                                       : "cam_from_world, for the camera stands"));
+  }
   const YamlValue* camera = section.Require(std::string("camera"));
   if (camera != nullptr) {
     section.Keep(ReadCamera(*camera, mount != nullptr, limits, &out.camera, &out.origin));
@@ -100,6 +108,7 @@ Result<CameraEntry> ReadEntry(const YamlValue& node, const Limits& limits) {
   }
   if (Status status = section.Finish(); !status) return status.error();
   if (out.camera.name.empty()) return section.Find("name")->Refuse("a name");
+  if (!on_body && mount == nullptr) return node.Refuse("cam_from_world, where the camera stands");
   if (!out.origin.mount_is_given) {
     return node.Refuse("cam_from_body, or a calibration with a mount");
   }
@@ -120,6 +129,9 @@ Result<std::vector<CameraEntry>> ReadCameras(const YamlValue& node, const Limits
       return other.camera.name == entry->camera.name;
     });
     if (twice) return Member(item, "name")->Refuse("a name that no other camera has");
+    if (!out.empty() && entry->mounted_on != out.front().mounted_on) {
+      return item.Refuse("all cameras on the body, or all in the world");
+    }
     out.push_back(std::move(*entry));
   }
   return out;

@@ -34,10 +34,12 @@ Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body);
 /// One camera of the section `cameras`, and where in the data set its recording is.
 struct CameraEntry {
   RigCamera camera;
+  MountedOn mounted_on = MountedOn::kBody;
   CameraOrigin origin;
   std::string recording, topic;
 };
-/// The section `cameras`: a list, each with a name of its own and a mount.
+/// The section `cameras`: a list, each with a name of its own and a mount; either all on the body
+/// or all in W.
 Result<std::vector<CameraEntry>> ReadCameras(const YamlValue& node, const Limits& limits);
 
 }  // namespace tagtwist::internal

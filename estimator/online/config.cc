@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "estimator/online/bodies_section.h"
 #include "estimator/online/camera_sections.h"
+#include "estimator/online/map_section.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/option_check.h"
 #include "frontend/io/setup/tag_map_reader.h"
@@ -22,56 +24,6 @@ Pose CourseCamFromBody() {
   Eigen::Matrix3d rotation;
   rotation << c, -c, 0, -c, -c, 0, 0, 0, -1;
   return MakePose(Eigen::Quaterniond(rotation), {-0.04, 0, -0.03});
-}
-
-// `sigma_m`: of each coordinate of a tag's centre, where the section says it.
-Result<TagMap> ReadMapSection(const YamlValue& node, const Limits& limits,
-                              std::optional<double>* sigma_m) {
-  constexpr double kMostM = 100;
-  YamlSection section(node);
-  section("sigma_m", *sigma_m);
-  if (*sigma_m) section.KeepProblem(CheckRange("sigma_m", **sigma_m, 0.0, kMostM));
-  if (const Status read = section.FirstFault(); !read) return read.error();
-  TagMapFile file;
-  section("file", file.path);
-  if (file.path.empty()) {
-    Result<TagMap> map = ReadTagMap(node);
-    const auto problem = map ? CheckTagMap(*map) : std::nullopt;
-    return problem ? Result<TagMap>(node.Refuse("a possible map, got " + *problem)) : map;
-  }
-  section("tag_size_m", file.tag_size_m);
-  section("family", file.family);
-  if (Status status = section.Finish(); !status) return status.error();
-  file.path = BesideFile(node.file, file.path);
-  return ReadTagMapFile(file, limits);
-}
-
-// What a map file of ours says of its tags; a pipe is not read again.
-std::optional<double> SigmaOfMapFile(const std::string& path, const Limits& limits) {
-  std::error_code none;
-  if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
-  const Result<YamlValue> root = ReadYaml(path, limits);
-  if (!root) return std::nullopt;
-  const YamlValue* own = Member(*root, "tag_map");
-  const YamlValue* sigma = Member(own != nullptr ? *own : *root, "sigma_m");
-  double out = 0;
-  if (sigma == nullptr || !ReadValue(*sigma, &out)) return std::nullopt;
-  return out >= 0 ? std::optional(out) : std::nullopt;
-}
-
-// `map_node`: the section `tag_map`, or none.
-Status TakeMap(const ConfigFiles& files, const YamlValue* map_node, Config* config,
-               std::optional<double>* sigma_m) {
-  const bool is_own = files.map.path.empty();
-  config->origins.map = is_own ? map_node->file : files.map.path;
-  config->origins.map_is_assumed = false;
-  Result<TagMap> map = is_own ? ReadMapSection(*map_node, files.limits, sigma_m)
-                              : ReadTagMapFile(files.map, files.limits);
-  if (!map) return map.error();
-  config->set_up.map = std::move(*map);
-  if (!is_own) *sigma_m = SigmaOfMapFile(files.map.path, files.limits);
-  if (*sigma_m) config->origins.map += Format(" (tags +- %.2g mm)", 1e3 * **sigma_m);
-  return Ok();
 }
 
 // The sigmas of a set-up's own files, where the section `estimator` says nothing: what it says goes
@@ -95,7 +47,7 @@ void TellOrigin(const CameraOrigin& origin, SetUpOrigins* out) {
 // `focal_sigma`: the largest of the cameras'.
 Status TakeCameras(const YamlValue& node, YamlSection* sections, const ConfigFiles& files,
                    Config* config, std::optional<double>* focal_sigma) {
-  for (const char* of_one : {"camera", "cam_from_body"}) {
+  for (const char* of_one : {"camera", "cam_from_body", "cam_from_world"}) {
     if (const YamlValue* other = sections->Find(of_one)) {
       return other->Refuse("no such section beside cameras, which has one for each");
     }
@@ -112,9 +64,50 @@ Status TakeCameras(const YamlValue& node, YamlSection* sections, const ConfigFil
   for (CameraEntry& entry : *entries) {
     *focal_sigma = std::max(*focal_sigma, entry.origin.focal_sigma);
     config->recordings.push_back({std::move(entry.recording), std::move(entry.topic)});
+    config->set_up.rig.mounted_on = entry.mounted_on;
     config->set_up.rig.cameras.push_back(std::move(entry.camera));
     origins.notes.insert(origins.notes.end(), entry.origin.notes.begin(), entry.origin.notes.end());
   }
+  return Ok();
+}
+
+// The tags that stand, or that the only body carries, and what other bodies carry. `node`: the
+// section `tag_map`, or none.
+Status TakeMap(const YamlValue* node, const ConfigFiles& files, Config* config,
+               std::optional<double>* sigma_m) {
+  const bool from_file = !files.map.path.empty();
+  const bool stand = config->set_up.rig.mounted_on == MountedOn::kWorld;
+  config->origins.map = from_file ? files.map.path : node->file;
+  config->origins.map_is_assumed = false;
+  const YamlValue* bodies = node == nullptr ? nullptr : Member(*node, "bodies");
+  if (bodies != nullptr) {
+    auto read = ReadBodies(*node, files.limits, sigma_m);
+    if (!read) return read.error();
+    config->bodies = std::move(*read);
+    const bool has_tags = from_file || HasOwnTags(*node);
+    if (stand == has_tags) {
+      return bodies->Refuse(stand ? "no tags beside them: the cameras stand, and see bodies alone"
+                                  : "tags that stand beside them: the cameras move");
+    }
+  }
+  if (bodies != nullptr && stand) {
+    config->set_up.map = config->bodies.front().map;
+    config->body = config->bodies.front().name;
+    config->bodies.erase(config->bodies.begin());
+  } else {
+    std::optional<double> of_map;
+    Result<TagMap> map = from_file ? ReadTagMapFile(files.map, files.limits)
+                                   : ReadMapSection(WithoutBodies(*node), files.limits, &of_map);
+    if (!map) return map.error();
+    config->set_up.map = std::move(*map);
+    if (from_file) of_map = SigmaOfMapFile(files.map.path, files.limits);
+    *sigma_m = std::max(*sigma_m, of_map);
+    if (bodies != nullptr) {
+      const Status once = CheckOnce(*bodies, config->set_up.map, config->bodies);
+      if (!once) return once;
+    }
+  }
+  if (*sigma_m) config->origins.map += Format(" (tags +- %.2g mm)", 1e3 * **sigma_m);
   return Ok();
 }
 
@@ -123,7 +116,16 @@ void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* con
                     std::optional<double>* focal_sigma) {
   const YamlValue* camera = sections->Find("camera");
   const YamlValue* mount = sections->Find("cam_from_body");
+  const YamlValue* in_world = sections->Find("cam_from_world");
   RigCamera* mounted = &config->set_up.rig.front();
+  if (in_world != nullptr) {
+    if (mount != nullptr) {
+      sections->Keep(
+          in_world->Refuse("no such section beside cam_from_body: a camera moves or stands"));
+    }
+    config->set_up.rig.mounted_on = MountedOn::kWorld;
+    mount = in_world;
+  }
   CameraOrigin origin;
   if (camera != nullptr && files.camera_file.empty()) {
     sections->Keep(ReadCamera(*camera, mount != nullptr, config->limits, mounted, &origin));
@@ -163,6 +165,10 @@ Status PassOverMovable(const std::string& file, Config* config) {
                               return std::binary_search(ids.begin(), ids.end(), tag.id);
                             }),
              left.end());
+  if (!config->body.empty()) {
+    return Error{(file.empty() ? "" : file + ": ") +
+                 "movable_tags: expected none beside bodies: leave these tags out of them"};
+  }
   if (left.empty()) {
     return Error{(file.empty() ? "" : file + ": ") +
                  "movable_tags: expected a tag of the map that stays, got none"};
@@ -182,6 +188,20 @@ void ReadOptions(const char* name, YamlSection* sections, Options* options) {
 }
 
 }  // namespace
+
+TagMap Config::AllTags() const {
+  std::vector<Tag> all = set_up.map.tags();
+  for (const TaggedBody& other : bodies) {
+    all.insert(all.end(), other.map.tags().begin(), other.map.tags().end());
+  }
+  return TagMap(set_up.map.family(), std::move(all));
+}
+
+std::vector<SetUp> Config::SetUps() const {
+  std::vector<SetUp> out = {set_up};
+  for (const TaggedBody& other : bodies) out.push_back({set_up.rig, other.map});
+  return out;
+}
 
 Config DefaultConfig() {
   Config config;
@@ -212,7 +232,7 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   }
   const YamlValue* map_node = sections.Find("tag_map");
   if (map_node != nullptr || !files.map.path.empty()) {
-    sections.Keep(TakeMap(files, map_node, &config, &sigmas.tag_m));
+    sections.Keep(TakeMap(map_node, files, &config, &sigmas.tag_m));
   }
   ReadOptions("detector", &sections, &config.front_end.detector);
   ReadOptions("klt", &sections, &config.front_end.klt);
@@ -226,6 +246,7 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   }
   if (Status status = sections.Finish(); !status) return status.error();
   if (Status status = PassOverMovable(files.config, &config); !status) return status.error();
+  if (!config.bodies.empty()) config.estimator.clock = ClockChoice::kStamps;  // one for all
   return config;
 }
 

@@ -36,6 +36,15 @@ struct Config {
   Limits limits = {};  // of the recording's files
   /// Of the section `cameras`, one a camera; empty: the data set is the one camera's recording.
   std::vector<CameraRecording> recordings = {};
+  /// Of the map's section `bodies`: tags that move, each with a trajectory of its own, besides
+  /// set_up.map. Where the cameras stand the first one's are set_up.map, and `body` is its name.
+  std::vector<TaggedBody> bodies = {};
+  std::string body = {};
+
+  /// The tags of set_up.map and of all bodies, whatever the frame of each.
+  TagMap AllTags() const;
+  /// What each is estimated with, set_up first; a body before a camera that moves as if it stood.
+  std::vector<SetUp> SetUps() const;
 };
 
 /// The course's camera, extrinsic and mat, and the defaults of every options struct.

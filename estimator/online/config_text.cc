@@ -78,10 +78,13 @@ std::string CameraSectionText(const Config& config) {
 }
 
 std::string MountSectionText(const Config& config) {
-  return "\ncam_from_body:\n" + MountKeysText(config.set_up.rig.front(), "  ");
+  const bool on_body = config.set_up.rig.mounted_on == MountedOn::kBody;
+  return (on_body ? "\ncam_from_body:\n" : "\ncam_from_world:\n") +
+         MountKeysText(config.set_up.rig.front(), "  ");
 }
 
 std::string CamerasSectionText(const Config& config) {
+  const bool on_body = config.set_up.rig.mounted_on == MountedOn::kBody;
   std::string out = "\ncameras:\n";
   for (size_t i = 0; i < config.recordings.size(); ++i) {
     const RigCamera& mounted = config.set_up.rig.cameras.at(i);
@@ -89,13 +92,20 @@ std::string CamerasSectionText(const Config& config) {
     out += "  - name: \"" + mounted.name + "\"\n    recording: \"" + recording.path + "\"\n";
     if (!recording.topic.empty()) out += "    topic: \"" + recording.topic + "\"\n";
     out += "    clock_offset_s: " + FormatNumber(mounted.clock_offset_s) + "\n    camera:\n" +
-           CameraKeysText(mounted, "      ") + "    cam_from_body:\n" +
+           CameraKeysText(mounted, "      ") +
+           (on_body ? "    cam_from_body:\n" : "    mounted_on: world\n    cam_from_world:\n") +
            MountKeysText(mounted, "      ");
   }
   return out;
 }
 
-std::string MapSectionText(const Config& config) { return "\n" + FormatTagMap(config.set_up.map); }
+std::string MapSectionText(const Config& config) {
+  std::string out = "\n" + FormatTagMap(config.set_up.map);
+  for (const TaggedBody& body : config.bodies) {
+    out += "\n# of " + body.name + "\n" + FormatTagMap(body.map);
+  }
+  return out;
+}
 
 std::string DetectorSectionText(const Config& config) {
   return SectionText("detector", config.front_end.detector);

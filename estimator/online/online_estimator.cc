@@ -21,7 +21,7 @@ namespace {
 
 bool IsGuided(const Config& config, DetectionMode mode) {
   if (mode != DetectionMode::kAuto) return mode == DetectionMode::kGuided;
-  if (config.set_up.rig.IsOfSeveral()) return false;
+  if (!config.set_up.rig.IsOneOnTheBody()) return false;
   return config.front_end.detector.refine_pattern;
 }
 
@@ -53,9 +53,9 @@ struct OnlineEstimator::Impl {
 
 Result<OnlineEstimator> OnlineEstimator::Create(const Config& config,
                                                 const OnlineOptions& options) {
-  if (config.set_up.rig.IsOfSeveral() && IsGuided(config, options.detection)) {
+  if (!config.set_up.rig.IsOneOnTheBody() && IsGuided(config, options.detection)) {
     return Error{
-        "guided detection follows one camera, and the configuration has several: "
+        "guided detection follows one camera on the body, and the configuration has others: "
         "expected full detection"};
   }
   if (!IsGuided(config, options.detection)) {
@@ -84,8 +84,8 @@ Status OnlineEstimator::Impl::Check(int64_t t_ns, const cv::Mat& gray) const {
     return Error{"stamps must grow: " + std::to_string(t_ns) + " ns follows " +
                  std::to_string(last.t_ns) + " ns"};
   }
-  if (!gray.empty() && config.set_up.rig.IsOfSeveral()) {
-    return Error{"of several cameras corners are taken, not images"};
+  if (!gray.empty() && !config.set_up.rig.IsOneOnTheBody()) {
+    return Error{"of cameras but one on the body corners are taken, not images"};
   }
   const auto problem = ImageSizeProblem(gray, config.set_up.rig.front().camera);
   return problem ? Status(Error{*problem}) : Ok();

@@ -16,7 +16,8 @@ namespace tagtwist::internal {
 inline DataSourceOptions RecordingOptions(const Config& config, bool use_detections,
                                           bool read_images) {
   DataSourceOptions options{use_detections, read_images, config.movable_tags};
-  for (const Tag& tag : config.set_up.map.tags()) options.known_tag_ids.push_back(tag.id);
+  const TagMap all_tags = config.AllTags();
+  for (const Tag& tag : all_tags.tags()) options.known_tag_ids.push_back(tag.id);
   options.limits = config.limits;
   return options;
 }

@@ -123,7 +123,9 @@ std::string TransformsJson(const PublishedRun& run, const FrameEstimate& state) 
   JsonText json;
   json.Open('{').Key("transforms").Open('[');
   AppendTransform(state.t_ns, run.world, run.body, state.state.world_from_body, &json);
-  AppendTransform(state.t_ns, run.body, camera.name, Inverse(camera.cam_from_body), &json);
+  const bool on_body = run.set_up.rig.mounted_on == MountedOn::kBody;
+  AppendTransform(state.t_ns, on_body ? run.body : run.world, camera.name,
+                  Inverse(camera.cam_from_body), &json);
   return json.Close(']').Close('}').text();
 }
 
@@ -177,7 +179,9 @@ FoxgloveMessage MapMessage(const PublishedRun& run, int64_t t_ns) {
   json.Open('{').Key("deletions").Open('[').Close(']').Key("entities").Open('[').Open('{');
   json.Key("timestamp");
   AppendStamp(t_ns, &json);
-  json.Key("frame_id").String(run.world).Key("id").String("map").Key("lifetime");
+  const bool stands = run.set_up.rig.mounted_on == MountedOn::kBody;
+  json.Key("frame_id").String(stands ? run.world : run.body).Key("id").String("map");
+  json.Key("lifetime");
   AppendStamp(0, &json);
   json.Key("frame_locked").Truth(true);
   for (const char* key :

@@ -18,13 +18,13 @@ constexpr int kPixelDigits = 7;
 // Points of the world as u v, u v, ...; nullopt where one of them is not in front of the lens, or
 // all lie off the image.
 template <size_t n>
-std::optional<std::vector<double>> Projected(const Camera& camera, const Pose& cam_from_world,
+std::optional<std::vector<double>> Projected(const Camera& camera, const Pose& cam_from_map,
                                              const std::array<Eigen::Vector3d, n>& points) {
   std::vector<double> out;
   bool is_seen = false;
   for (const Eigen::Vector3d& point : points) {
     Eigen::Vector2d pixel;
-    if (!camera.Project(cam_from_world * point, &pixel)) return std::nullopt;
+    if (!camera.Project(cam_from_map * point, &pixel)) return std::nullopt;
     is_seen = is_seen || camera.Contains(pixel);
     out.insert(out.end(), {pixel.x(), pixel.y()});
   }
@@ -76,7 +76,7 @@ std::string PictureNumbers::WhySetAside(const PublishedFrame& frame,
 
 std::string PictureNumbers::Json(const PublishedFrame& frame) const {
   const bool has_state = frame.state.status != FrameStatus::kNoFix;
-  const Pose cam_from_world = setup_.cam_from_body * Inverse(frame.state.state.world_from_body);
+  const Pose cam_from_map = setup_.CameraOf(0).CamFromMap(frame.state.state.world_from_body);
   JsonText json;
   json.Open('{').Key("type").String("picture").Key("t").Raw(FormatSeconds(frame.state.t_ns));
   json.Key("width").Integer(setup_.camera.width).Key("height").Integer(setup_.camera.height);
@@ -93,19 +93,17 @@ std::string PictureNumbers::Json(const PublishedFrame& frame) const {
   for (const Tag& tag : setup_.map.tags()) {
     largest_m = std::max(largest_m, tag.size_m);
     if (!has_state) continue;
-    const auto corners =
-        Projected(setup_.camera, cam_from_world, setup_.map.CornersInWorld(tag.id));
+    const auto corners = Projected(setup_.camera, cam_from_map, setup_.map.CornersInWorld(tag.id));
     if (!corners) continue;
     json.Open('{').Key("id").Integer(tag.id).Key("corners").Numbers(*corners, kPixelDigits);
-    AppendPoints(
-        "axes",
-        Projected(setup_.camera, cam_from_world, Axes(tag.world_from_tag, 0.5 * tag.size_m)),
-        &json);
+    AppendPoints("axes",
+                 Projected(setup_.camera, cam_from_map, Axes(tag.world_from_tag, 0.5 * tag.size_m)),
+                 &json);
     json.Close('}');
   }
   json.Close(']');
   std::optional<std::vector<double>> axes;
-  if (has_state) axes = Projected(setup_.camera, cam_from_world, Axes(Pose(), largest_m));
+  if (has_state) axes = Projected(setup_.camera, cam_from_map, Axes(Pose(), largest_m));
   AppendPoints("world", axes, &json);
   return json.Close('}').text();
 }

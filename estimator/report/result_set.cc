@@ -11,6 +11,14 @@ const std::vector<std::string>& ResultNames() {
   return names;
 }
 
+std::vector<std::string> BodyFileNames(const std::string& body, const ResultKinds& kinds) {
+  std::vector<std::string> out = {"optimised_" + body + ".tum", "states_" + body + ".csv"};
+  if (kinds.window) out.push_back("states_" + body + "_lagged.csv");
+  if (kinds.covariance) out.push_back("covariance_" + body + ".csv");
+  if (kinds.covariance && kinds.window) out.push_back("covariance_" + body + "_lagged.csv");
+  return out;
+}
+
 OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
   OutputSet out{folder, {}, ResultNames(), {"states.csv", "summary.json", "report.html"}};
   for (const std::string& name : ResultNames()) {
@@ -21,6 +29,10 @@ OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
     if (name == "map.yaml" && !kinds.mapping) continue;
     if (name == "detections.csv" && !kinds.detections) continue;
     out.written.push_back(name);
+  }
+  for (const std::string& body : kinds.bodies) {
+    const auto names = BodyFileNames(body, kinds);
+    out.written.insert(out.written.end(), names.begin(), names.end());
   }
   return out;
 }

@@ -12,7 +12,11 @@ const std::vector<std::string>& ResultNames();
 /// What of WriteResults' files a run may write.
 struct ResultKinds {
   bool window = false, covariance = false, calibration = false, mapping = false, detections = false;
+  std::vector<std::string> bodies = {};  // names, where there are several
 };
+
+/// Files of one of several bodies, called after it.
+std::vector<std::string> BodyFileNames(const std::string& body, const ResultKinds& kinds);
 
 /// Those files, and what of older runs goes where this run does not write it.
 OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds);

@@ -74,6 +74,28 @@ nlohmann::ordered_json GyroJson(const GyroAlignment& gyro) {
           {"turns", gyro.turns}};
 }
 
+nlohmann::ordered_json BodyJson(const std::string& name, const Estimate& estimate) {
+  size_t with_state = 0, with_tags = 0;
+  for (const FrameEstimate& frame : estimate.frames) {
+    if (frame.status != FrameStatus::kNoFix) ++with_state;
+    if (frame.n_tags > 0) ++with_tags;
+  }
+  return {{"name", name},
+          {"frames", estimate.frames.size()},
+          {"frames_with_state", with_state},
+          {"frames_with_tags", with_tags},
+          {"warnings", estimate.warnings}};
+}
+
+nlohmann::ordered_json BodiesJson(const Estimate& first, const ResultContext& context) {
+  auto out = nlohmann::ordered_json::array();
+  if (!context.body.empty()) out.push_back(BodyJson(context.body, first));
+  for (const BodyEstimate& other : context.of_others) {
+    out.push_back(BodyJson(other.name, other.estimate));
+  }
+  return out;
+}
+
 std::string SummaryText(const Estimate& estimate, const ResultContext& context) {
   nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
   const std::vector<Finding> findings =
@@ -84,6 +106,8 @@ std::string SummaryText(const Estimate& estimate, const ResultContext& context) 
     json["findings"].push_back({{"fact", finding.fact}, {"advice", finding.advice}});
   }
   if (!context.movable_tags.empty()) json["movable_tags"] = context.movable_tags;
+  if (!context.body.empty() || !context.of_others.empty())
+    json["bodies"] = BodiesJson(estimate, context);
   if (context.mapping) json["mapping"] = MappingJson(*context.mapping);
   if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);
   if (context.gyro) json["gyro"] = GyroJson(*context.gyro);
@@ -107,7 +131,7 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
        [](const Estimate& e, const ResultContext&) { return FormatStatesCsv(e.frames); }},
       {"summary.json", [](const Estimate& e, const ResultContext& c) { return SummaryText(e, c); }},
       {"report.html", [](const Estimate& e, const ResultContext& c) {
-         return FormatReport(e, {c.facts, c.map, c.truth, c.rows, c.calibration});
+         return FormatReport(e, {c.facts, c.map, c.truth, c.rows, c.calibration, c.map_moves});
        }}};
   if (!estimate.lagged.empty()) {
     out.push_back({"states_lagged.csv", [](const Estimate& e, const ResultContext&) {
@@ -152,6 +176,22 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
   return out;
 }
 
+// A body's own files, of several.
+Status AddBody(const std::string& body, const Estimate& estimate, const ResultContext& context,
+               FileSet* set) {
+  const bool lagged = !estimate.lagged.empty();
+  for (const std::string& name : BodyFileNames(body, {lagged, context.write_covariance})) {
+    const bool of_lagged = name.find("_lagged") != std::string::npos;
+    const std::vector<FrameEstimate>& frames = of_lagged ? estimate.lagged : estimate.frames;
+    std::string text;
+    if (name.rfind("optimised", 0) == 0) text = FormatSeriesTum(EstimatedSeries(frames));
+    if (name.rfind("states", 0) == 0) text = FormatStatesCsv(frames);
+    if (name.rfind("covariance", 0) == 0) text = FormatCovarianceCsv(frames);
+    if (const auto added = set->Add(name, text); !added) return added;
+  }
+  return Ok();
+}
+
 }  // namespace
 
 Status WriteResults(const std::string& folder, const Estimate& estimate,
@@ -160,6 +200,12 @@ Status WriteResults(const std::string& folder, const Estimate& estimate,
   if (!set) return set.error();
   for (const auto& [name, text] : Writers(estimate, context)) {
     if (auto added = (*set)->Add(name, text(estimate, context)); !added) return added;
+  }
+  if (!context.body.empty()) {
+    if (auto added = AddBody(context.body, estimate, context, set->get()); !added) return added;
+  }
+  for (const BodyEstimate& other : context.of_others) {
+    if (auto added = AddBody(other.name, other.estimate, context, set->get()); !added) return added;
   }
   std::vector<std::string> obsolete = ResultNames();
   for (const std::string& name : context.kept) {

@@ -21,7 +21,8 @@ namespace tagtwist {
 /// What goes into an output folder besides the estimate.
 struct ResultContext {
   RunFacts facts;
-  TagMap map;                       // drawn in the report
+  TagMap map;                       // drawn in the report,
+  bool map_moves = false;           // unless its tags are on the body
   std::vector<TruthSample> truth;   // empty when there is none
   std::vector<ComparisonRow> rows;  // as CompareMethods gives them
   bool write_covariance = false;
@@ -29,18 +30,21 @@ struct ResultContext {
   std::string options_text;                          // with it: the configuration's other sections
   std::shared_ptr<const internal::Mapping> mapping;  // of tags that the map lacked, where asked for
   std::shared_ptr<const internal::GyroAlignment>
-      gyro;                       // where asked for, and the recording has one
-  std::vector<int> movable_tags;  // passed over
-  std::string detections_csv;     // empty: not asked for
-  std::vector<std::string> kept;  // names of older runs' files that are not removed
+      gyro;                             // where asked for, and the recording has one
+  std::vector<int> movable_tags;        // passed over
+  std::string detections_csv;           // empty: not asked for
+  std::vector<BodyEstimate> of_others;  // of bodies besides the estimate's own,
+  std::string body;                     // which has that name; empty: none
+  std::vector<std::string> kept;        // names of older runs' files that are not removed
 };
 
 /// Writes closed_form.tum, optimised.tum, states.csv, summary.json, report.html; with truth
 /// ground_truth.tum, and ground_truth_states.csv where it has twists; in window mode
 /// states_lagged.csv; when asked covariance.csv (and covariance_lagged.csv), calibration.yaml,
-/// map.yaml, detections.csv. All of them or none, see FileSet; files of that list that this run
-/// does not have are removed, except those of `context.kept`. Two runs with the same estimate
-/// differ in wall_s, peak_rss_mib and the times alone.
+/// map.yaml, detections.csv; of several bodies each one's states_NAME.csv, optimised_NAME.tum and
+/// what of the others was asked for likewise (BodyFileNames). All of them or none, see FileSet;
+/// files of that list that this run does not have are removed, except those of `context.kept`. Two
+/// runs with the same estimate differ in wall_s, peak_rss_mib and the times alone.
 Status WriteResults(const std::string& folder, const Estimate& estimate,
                     const ResultContext& context);
 

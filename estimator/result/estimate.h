@@ -52,4 +52,10 @@ struct Estimate {
   std::vector<std::string> warnings;       // one line each, for the person who runs it
 };
 
+/// What was estimated of one of several bodies.
+struct BodyEstimate {
+  std::string name;
+  Estimate estimate;
+};
+
 }  // namespace tagtwist

@@ -14,10 +14,9 @@ RigTally::RigTally(const EstimatorSetup& setup) {
 }
 
 void RigTally::AddSolved(const EstimatorSetup& setup, const GraphFrame& frame) {
-  const Pose body_from_world = Inverse(frame.state.world_from_body);
+  const Pose& body = frame.state.world_from_body;
   if (shares_.empty()) {
-    tally_.Add(setup.camera, setup.map, frame.t_ns, setup.cam_from_body * body_from_world,
-               frame.tags);
+    tally_.Add(setup.camera, setup.map, frame.t_ns, setup.CameraOf(0).CamFromMap(body), frame.tags);
     return;
   }
   for (size_t i = 0; i < shares_.size(); ++i) {
@@ -25,8 +24,7 @@ void RigTally::AddSolved(const EstimatorSetup& setup, const GraphFrame& frame) {
     GraphFrame own = frame;
     own.tags = TagsOfCamera(frame.tags, static_cast<int>(i));
     if (own.tags.empty()) continue;
-    tally_.Add(camera.camera, setup.map, frame.t_ns, camera.cam_from_body * body_from_world,
-               own.tags);
+    tally_.Add(camera.camera, setup.map, frame.t_ns, camera.CamFromMap(body), own.tags);
     shares_[i].used += own.tags.size();
     for (const double error_px : ReprojectionErrors(setup, own)) {
       squares_[i] += error_px * error_px;

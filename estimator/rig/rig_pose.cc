@@ -55,7 +55,7 @@ class TagsOfRig {
       const MountedCamera seen_by = setup.CameraOf(tag.camera);
       costs_.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
                                          Eigen::Matrix<double, 8, 8>::Identity()},
-                          seen_by.camera, seen_by.cam_from_body);
+                          seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
       sides_px_.push_back(MeanSide(tag));
     }
   }
@@ -152,6 +152,22 @@ BodyCandidate TagsOfRig::Grow(const Pose& start) const {
   return out;
 }
 
+// By one camera's tags.
+FramePose PoseByOne(const EstimatorSetup& setup, int camera,
+                    const std::vector<TagDetection>& tags) {
+  const MountedCamera seen_by = setup.CameraOf(camera);
+  if (seen_by.mounted_on == MountedOn::kBody) {
+    return FindFramePose(tags, setup.map, seen_by.camera, seen_by.cam_from_body);
+  }
+  FramePose out = FindFramePose(tags, setup.map, seen_by.camera, Pose());
+  const auto to_body = [&](Pose* map_from_cam) {
+    *map_from_cam = seen_by.BodyOf(Inverse(*map_from_cam));
+  };
+  to_body(&out.world_from_body);
+  for (Pose& other : out.alternatives) to_body(&other);
+  return out;
+}
+
 // What the cameras say, each by itself.
 struct Proposals {
   std::vector<Pose> poses;      // world_from_body
@@ -168,8 +184,7 @@ Proposals Propose(const EstimatorSetup& setup, const std::vector<TagDetection>& 
       own.push_back(tags[i]);
       place.push_back(i);
     }
-    const MountedCamera seen_by = setup.CameraOf(camera);
-    const FramePose found = FindFramePose(own, setup.map, seen_by.camera, seen_by.cam_from_body);
+    const FramePose found = PoseByOne(setup, camera, own);
     if (found.status != FramePoseStatus::kOk) continue;
     out.poses.push_back(found.world_from_body);
     out.poses.insert(out.poses.end(), found.alternatives.begin(), found.alternatives.end());
@@ -227,8 +242,7 @@ bool IsUsable(const EstimatorSetup& setup, const TagDetection& tag) {
 FramePose FindPoseOfTags(const EstimatorSetup& setup, const std::vector<TagDetection>& tags) {
   const std::vector<int> cameras = CamerasOf(tags);
   if (cameras.size() < 2) {
-    const MountedCamera seen_by = setup.CameraOf(cameras.empty() ? 0 : cameras.front());
-    return FindFramePose(tags, setup.map, seen_by.camera, seen_by.cam_from_body);
+    return PoseByOne(setup, cameras.empty() ? 0 : cameras.front(), tags);
   }
   FramePose found;
   found.tag_inlier.assign(tags.size(), false);
@@ -265,7 +279,13 @@ std::optional<Pose> MirroredPoseOf(const EstimatorSetup& setup,
     if (n > of_most) most = camera;
     of_most = std::max(of_most, n);
   }
-  return MirroredPose(tags, setup.map, setup.CameraOf(most).cam_from_body, world_from_body);
+  const MountedCamera seen_by = setup.CameraOf(most);
+  if (seen_by.mounted_on == MountedOn::kBody) {
+    return MirroredPose(tags, setup.map, seen_by.cam_from_body, world_from_body);
+  }
+  const auto mirrored =
+      MirroredPose(tags, setup.map, Pose(), Inverse(seen_by.CamFromMap(world_from_body)));
+  return mirrored ? std::optional<Pose>(seen_by.BodyOf(Inverse(*mirrored))) : std::nullopt;
 }
 
 }  // namespace tagtwist::internal

@@ -96,10 +96,10 @@ bool AgreesWith(const EstimatorSetup& setup, const NoiseModel& noise, const Body
   if (tag.covariance) variance += tag.covariance->diagonal().maxCoeff();
   const double limit_px = kSigmas * std::sqrt(variance);
   const MountedCamera seen_by = setup.CameraOf(tag.camera);
-  const Pose cam_from_world = seen_by.cam_from_body * Inverse(state.world_from_body);
+  const Pose cam_from_map = seen_by.CamFromMap(state.world_from_body);
   for (size_t c = 0; c < 4; ++c) {
     Eigen::Vector2d pixel;
-    const Eigen::Vector3d corner = cam_from_world * setup.map.CornersInWorld(tag.id)[c];
+    const Eigen::Vector3d corner = cam_from_map * setup.map.CornersInWorld(tag.id)[c];
     if (!seen_by.camera.Project(corner, &pixel)) return false;
     if (!((pixel - tag.corners[c]).norm() < limit_px)) return false;
   }

@@ -14,7 +14,8 @@ std::optional<double> CostAt(const EstimatorSetup& setup, const NoiseModel& nois
     const MountedCamera seen_by = setup.CameraOf(tag.camera);
     const TagReprojectionResidual residual({setup.map.CornersInWorld(tag.id), tag.corners,
                                             CornerCovariance(setup, tag, noise.corner_sigma_px)},
-                                           seen_by.camera, seen_by.cam_from_body);
+                                           seen_by.camera, seen_by.cam_from_body,
+                                           seen_by.mounted_on);
     const double* const parameters[] = {world_from_body.params.data()};
     Eigen::Matrix<double, 8, 1> r;
     if (!residual.Evaluate(parameters, r.data(), nullptr)) return std::nullopt;

@@ -12,13 +12,20 @@ using Jacobian = Eigen::Matrix<double, 2, 6>;  // of a pixel by a step of the po
 // M5.
 bool ProjectFrom(const MountedCamera& seen_by, const Pose& world_from_body,
                  const Eigen::Vector3d& corner, Eigen::Vector2d* pixel, Jacobian* by_step) {
-  const Eigen::Vector3d in_body = Inverse(world_from_body) * corner;
+  const Eigen::Matrix3d rotation = world_from_body.rotation().toRotationMatrix();
   Eigen::Matrix<double, 2, 3> by_point;
-  if (!seen_by.camera.Project(seen_by.cam_from_body * in_body, pixel, &by_point)) return false;
-  const Eigen::Matrix<double, 2, 3> by_body =
+  if (!seen_by.camera.Project(seen_by.CamFromMap(world_from_body) * corner, pixel, &by_point)) {
+    return false;
+  }
+  const Eigen::Matrix<double, 2, 3> beside_cam =
       by_point * seen_by.cam_from_body.rotation().toRotationMatrix();
-  by_step->leftCols<3>() = by_body * Hat(in_body);
-  by_step->rightCols<3>() = -by_body * world_from_body.rotation().toRotationMatrix().transpose();
+  if (seen_by.mounted_on == MountedOn::kBody) {
+    by_step->leftCols<3>() = beside_cam * Hat(Inverse(world_from_body) * corner);
+    by_step->rightCols<3>() = -beside_cam * rotation.transpose();
+  } else {
+    by_step->leftCols<3>() = -beside_cam * rotation * Hat(corner);
+    by_step->rightCols<3>() = beside_cam;
+  }
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "frontend/base/statistics/robust.h"
+#include "frontend/types/so3.h"
 #include "residuals/corner_whitener.h"
 #include "residuals/tag_reprojection_residual.h"
 
@@ -157,15 +158,22 @@ LinearEvidence SystematicBasis::ToModes(const LinearEvidence& of_knots) const {
   return out;
 }
 
-// A mount turned and moved in the body is as if the body were turned and moved the other way.
+// A mount turned and moved in the body is as if the body were turned and moved the other way;
+// likewise in W, where a turn about W's origin moves the body, too.
 void SystematicBasis::AddMount(const Pose& world_from_body, int camera,
                                const Eigen::Matrix<double, 8, 6>& by_pose, Columns* columns) const {
   if (camera == 0) return;  // it says where the body is
   const Eigen::Matrix3d rotation = world_from_body.rotation().toRotationMatrix();
-  const Eigen::Matrix<double, 8, 3> by_place = -by_pose.rightCols<3>() * rotation;
+  Eigen::Matrix<double, 8, 3> by_turn = -by_pose.leftCols<3>(), by_place = -by_pose.rightCols<3>();
+  if (setup_.mounted_on == MountedOn::kBody) {
+    by_place *= rotation;
+  } else {
+    by_turn = by_turn * rotation.transpose() +
+              by_pose.rightCols<3>() * Hat(world_from_body.translation());
+  }
   const int first = field_size() + tag_size() + 3 * (camera - 1);
   for (int a = 0; a < 3; ++a) {
-    (*columns)[first + a] = -by_pose.col(a);
+    (*columns)[first + a] = by_turn.col(a);
     (*columns)[first + mount_size() + a] = by_place.col(a);
   }
 }
@@ -175,7 +183,7 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
   const MountedCamera seen_by = setup_.CameraOf(tag.camera);
   const TagReprojectionResidual in_px(
       {setup_.map.CornersInWorld(tag.id), tag.corners, Eigen::Matrix<double, 8, 8>::Identity()},
-      seen_by.camera, seen_by.cam_from_body);
+      seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
   if (!in_px.Linearize(world_from_body.params.data(), &out->residual, &out->by_pose)) return false;
   // Where the corners should be: at the places where they were seen the noise of a residual would
   // be in its own derivative, and a field that poses make up for would seem to explain it.
@@ -197,9 +205,14 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
     }
   }
   if (const auto at = tags_.find(tag.id); at != tags_.end()) {
-    // A tag further along in W is seen as if the body stood as much further back.
+    // A tag further along in W is seen as if the body stood as much further back; a tag of the
+    // body's further along in B as if all of it had gone there.
+    Eigen::Matrix<double, 8, 3> by_place = -out->by_pose.rightCols<3>();
+    if (seen_by.mounted_on == MountedOn::kWorld) {
+      by_place *= -world_from_body.rotation().toRotationMatrix();
+    }
     for (int a = 0; a < kTagParameters; ++a) {
-      columns[field_size() + kTagParameters * at->second + a] = -out->by_pose.col(3 + a);
+      columns[field_size() + kTagParameters * at->second + a] = by_place.col(a);
     }
   }
   AddMount(world_from_body, tag.camera, out->by_pose, &columns);

@@ -61,6 +61,16 @@ Twist BodyTwist(const CameraTwist& twist_of_cam_in_cam, const Pose& cam_from_bod
           body_from_cam * omega_in_cam};
 }
 
+Twist TwistSeenFrom(const CameraTwist& twist_of_cam_in_cam, const Pose& cam_from_world,
+                    const Pose& world_from_body) {
+  const Pose cam_from_body = cam_from_world * world_from_body;
+  const Eigen::Vector3d v_cam = twist_of_cam_in_cam.head<3>();
+  const Eigen::Vector3d omega_in_cam = twist_of_cam_in_cam.tail<3>();
+  const Eigen::Vector3d v_body_in_cam = v_cam + omega_in_cam.cross(cam_from_body.translation());
+  return {-(cam_from_world.rotation().conjugate() * v_body_in_cam),
+          -(cam_from_body.rotation().conjugate() * omega_in_cam)};
+}
+
 Twist LowPass(const Twist& past, const Twist& now, double alpha) {
   return {alpha * past.v_world + (1 - alpha) * now.v_world,
           alpha * past.omega_body + (1 - alpha) * now.omega_body};

@@ -39,6 +39,11 @@ std::optional<CameraTwist> SolveTwist(const std::vector<FlowPoint>& flow);
 Twist BodyTwist(const CameraTwist& twist_of_cam_in_cam, const Pose& cam_from_body,
                 const Pose& world_from_body);
 
+/// Twist of a body that a camera which stands in W sees, from what the camera would do if the body
+/// stood.
+Twist TwistSeenFrom(const CameraTwist& twist_of_cam_in_cam, const Pose& cam_from_world,
+                    const Pose& world_from_body);
+
 /// Seed Eq. 12, entry by entry: alpha * past + (1 - alpha) * now.
 Twist LowPass(const Twist& past, const Twist& now, double alpha);
 

@@ -120,20 +120,23 @@ Result<Simulator> Simulator::Make(const SetUp& set_up, const SplineTrajectory& t
   look.scene.random_seed = options.random_seed;
   auto renderer = Renderer::Make(set_up.rig.front().camera, set_up.map, look);
   if (!renderer) return renderer.error();
-  return Simulator(std::make_shared<const Impl>(Impl{std::move(*renderer)}),
-                   set_up.rig.front().cam_from_body, set_up.map, trajectory, options);
+  return Simulator(std::make_shared<const Impl>(Impl{std::move(*renderer)}), set_up, trajectory,
+                   options);
 }
 
-Simulator::Simulator(std::shared_ptr<const Impl> impl, const Pose& cam_from_body, const TagMap& map,
+Simulator::Simulator(std::shared_ptr<const Impl> impl, const SetUp& set_up,
                      const SplineTrajectory& trajectory, const SimulatorOptions& options)
     : impl_(std::move(impl)),
-      cam_from_body_(cam_from_body),
-      map_(map),
+      cam_from_body_(set_up.rig.front().cam_from_body),
+      mounted_on_(set_up.rig.mounted_on),
+      map_(set_up.map),
       trajectory_(trajectory),
       options_(options) {}
 
 Pose Simulator::WorldFromCam(int64_t t_ns) const {
-  return trajectory_.At(t_ns).world_from_body * Inverse(cam_from_body_);
+  const Pose world_from_body = trajectory_.At(t_ns).world_from_body;
+  return mounted_on_ == MountedOn::kBody ? world_from_body * Inverse(cam_from_body_)
+                                         : Inverse(cam_from_body_ * world_from_body);
 }
 
 bool Simulator::TagsAreHiddenAt(int64_t t_ns) const {

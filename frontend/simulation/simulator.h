@@ -58,8 +58,9 @@ struct SimulatedFrame {
   std::vector<TagDetection> detections;  // projected corners and noise, in the order of the map
 };
 
-/// A flight over the tags, frame by frame. Immutable: MakeFrame may be called from several threads
-/// and in any order, and its bytes depend on its arguments and the options alone.
+/// A flight over the tags, or with cameras that stand in W one of the tags, frame by frame.
+/// Immutable: MakeFrame may be called from several threads and in any order, and its bytes depend
+/// on its arguments and the options alone.
 class Simulator {
  public:
   /// The shutter is that of the options, not the set-up's.
@@ -79,8 +80,9 @@ class Simulator {
 
  private:
   struct Impl;
-  Simulator(std::shared_ptr<const Impl> impl, const Pose& cam_from_body, const TagMap& map,
+  Simulator(std::shared_ptr<const Impl> impl, const SetUp& set_up,
             const SplineTrajectory& trajectory, const SimulatorOptions& options);
+  // World: the frame of the map, which is B where the camera stands in W.
   Pose WorldFromCam(int64_t t_ns) const;
   bool TagsAreHiddenAt(int64_t t_ns) const;
   std::vector<Pose> ExposurePoses(int64_t t_ns) const;
@@ -88,6 +90,7 @@ class Simulator {
 
   std::shared_ptr<const Impl> impl_;
   Pose cam_from_body_;
+  MountedOn mounted_on_;
   TagMap map_;
   SplineTrajectory trajectory_;
   SimulatorOptions options_;

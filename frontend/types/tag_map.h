@@ -50,6 +50,12 @@ class TagMap {
   std::unordered_map<int, size_t> index_;
 };
 
+/// Tags that move together, in the frame of the body that carries them.
+struct TaggedBody {
+  std::string name;  // letters, digits, - and _: files are called after it
+  TagMap map;
+};
+
 /// A mat of rows x columns equal tags in the plane z = 0, all upright: x runs down the rows, y to
 /// the right over the columns, z out of the paper; the world origin is the top-left corner of the
 /// first tag. id = first_id + rows * column + row. Defaults: the course's mat.

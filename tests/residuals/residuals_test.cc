@@ -76,6 +76,26 @@ TEST_F(TagResidual, JacobianHoldsWithoutRotationAndAtGrazingView) {
                          {s.world_from_body.params.data()});
 }
 
+TEST_F(TagResidual, JacobianOfACameraThatStandsMatchesNumericOne) {
+  const Pose cam_from_world = CamFromBody();
+  for (int i = 0; i < 50; ++i) {
+    const Pose cam_from_body =
+        MakePose(ExpSo3(3.1 * std::abs(Uniform()) * Vec().normalized()), {0.3, -0.2, 3});
+    const Pose world_from_body = Inverse(cam_from_world) * cam_from_body;
+    TagObservation tag;
+    tag.covariance = kFull;
+    for (size_t c = 0; c < 4; ++c) {
+      tag.corners_in_world[c] = 0.5 * Vec();  // in the body
+      ASSERT_TRUE(Lens().Project(cam_from_body * tag.corners_in_world[c], &tag.pixels[c]));
+    }
+    const TagReprojectionResidual residual(tag, Lens(), cam_from_world, MountedOn::kWorld);
+    ExpectCorrectJacobians(residual, {world_from_body.params.data()});
+    Eigen::Matrix<double, 8, 1> error;
+    ASSERT_TRUE(residual.Linearize(world_from_body.params.data(), &error, nullptr));
+    EXPECT_LT(error.norm(), 1e-8);
+  }
+}
+
 TEST_F(TagResidual, SquaredNormIsMahalanobisDistance) {
   const TagScene s = RandomScene();
   const double* blocks[] = {s.world_from_body.params.data()};

@@ -199,7 +199,10 @@ std::vector<Finding> FrameFindings(const Estimate& e, const RunFacts& facts, con
   AddFewTags(e.frames, map, t_s, &out);
   AddBadTwists(e.frames, t_s, &out);
   for (Finding& finding : out) finding.is_in_sigmas = true;
-  AddStamps(e.frames, t_s, e.mode == EstimateMode::kSlidingWindow, &out);
+  // Where several cameras take frames the time between two of them says nothing.
+  if (e.cameras.size() < 2) {
+    AddStamps(e.frames, t_s, e.mode == EstimateMode::kSlidingWindow, &out);
+  }
   return out;
 }
 

@@ -61,7 +61,7 @@ ReportSection FromAbove(const PlotInput& plots, const ReportInput& input,
       ParagraphHtml("The map as printed: x of W runs down, y to the right, in metres. The wheel "
                     "zooms, dragging moves, a double-click shows everything.",
                     "note") +
-          LegendHtml(used, slots) + MapPictureSvg(input.map, paths),
+          LegendHtml(used, slots) + MapPictureSvg(input.map_moves ? TagMap() : input.map, paths),
       {}};
 }
 

@@ -17,6 +17,7 @@ struct ReportInput {
   std::vector<TruthSample> truth;                  // empty when there is none
   std::vector<ComparisonRow> rows;                 // as CompareMethods gives them
   std::shared_ptr<const Calibration> calibration;  // where there is one
+  bool map_moves = false;                          // its tags are on the body
 };
 
 }  // namespace tagtwist::internal

@@ -142,6 +142,17 @@ TEST(Findings, NamesErrorsThatLastWhereTheyAreMostOfTheVariance) {
   EXPECT_EQ(run.Text(), "");
 }
 
+TEST(Findings, StampsOfSeveralCamerasAreNotJudgedTogether) {
+  Case run = RunAsConfigured();
+  const int64_t interval_ns = run.estimate.frames[1].t_ns - run.estimate.frames[0].t_ns;
+  for (size_t i = 1; i < run.estimate.frames.size(); i += 3) {
+    run.estimate.frames[i].t_ns -= 2 * interval_ns / 3;  // of another camera, which runs freely
+  }
+  EXPECT_THAT(run.Text(), HasSubstr("frames are missing"));
+  run.estimate.cameras.resize(2);
+  EXPECT_THAT(run.Text(), Not(HasSubstr("frames are missing")));
+}
+
 TEST(Findings, NamesNoiseThatTheErrorsBelie) {
   Case run = RunAsConfigured();
   run.estimate.noise.corner_is_given = true;
