@@ -53,8 +53,8 @@ std::vector<TagDetection> TagsOnPlane(const std::vector<TagDetection>& tags,
 }  // namespace
 
 ClosedFormEstimator::ClosedFormEstimator(const Camera& camera, const Pose& cam_from_body,
-                                         MountedOn mounted_on, const TagMap& map,
-                                         const ClosedFormOptions& options)
+                                         const TagMap& map, const ClosedFormOptions& options,
+                                         MountedOn mounted_on)
     : camera_(camera),
       cam_from_body_(cam_from_body),
       mounted_on_(mounted_on),

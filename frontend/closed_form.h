@@ -20,8 +20,8 @@ namespace tagtwist::internal {
 /// image), that of the corners of the tags seen in both frames. The twist needs the frame's pose.
 class ClosedFormEstimator {
  public:
-  ClosedFormEstimator(const Camera& camera, const Pose& cam_from_body, MountedOn mounted_on,
-                      const TagMap& map, const ClosedFormOptions& options);
+  ClosedFormEstimator(const Camera& camera, const Pose& cam_from_body, const TagMap& map,
+                      const ClosedFormOptions& options, MountedOn mounted_on = MountedOn::kBody);
 
   /// Closed form of the next frame. Stamps must grow. Tags are in the map (FilterTags); tracks are
   /// sorted by id.

@@ -16,10 +16,9 @@ struct FrontEnd::Impl {
 
 FrontEnd::FrontEnd(const SetUp& set_up, const FrontEndOptions& options) {
   const RigCamera& camera = set_up.rig.front();
-  impl_ = std::make_unique<Impl>(
-      Impl{KltTracker(options.klt),
-           ClosedFormEstimator(camera.camera, camera.cam_from_body, set_up.rig.mounted_on,
-                               set_up.map, options.closed_form)});
+  impl_ = std::make_unique<Impl>(Impl{
+      KltTracker(options.klt), ClosedFormEstimator(camera.camera, camera.cam_from_body, set_up.map,
+                                                   options.closed_form, set_up.rig.mounted_on)});
 }
 
 FrontEnd::FrontEnd(FrontEnd&&) noexcept = default;

@@ -100,6 +100,28 @@ TEST(BodyTwist, MatchesAMovingRigidBody) {
   EXPECT_GT((cam.v_world - body.v_world).norm(), 0.01) << "the lever arm must matter";
 }
 
+// Likewise before a camera that stands, which seems to move about the body.
+TEST(TwistSeenFrom, MatchesAMovingRigidBody) {
+  const auto world_from_body = [](double t) {
+    return MakePose(ExpSo3({0.3 * std::sin(2 * t), 0.2 * t, 0.5 * t * t}),
+                    {std::sin(t), 0.4 * t * t, 0.1 * std::cos(3 * t)});
+  };
+  const Pose cam_from_world = MakePose(ExpSo3({3, 0.2, -0.1}), {0.2, -0.3, 2});
+  const auto body_from_cam = [&](double t) { return Inverse(cam_from_world * world_from_body(t)); };
+  const auto twist_of = [](const Pose& before, const Pose& after, double dt) {
+    return Twist{(after.translation() - before.translation()) / dt,
+                 LogSo3(before.rotation().conjugate() * after.rotation()) / dt};
+  };
+  const double t = 0.8, h = 1e-5;
+  const Twist body = twist_of(world_from_body(t - h), world_from_body(t + h), 2 * h);
+  const Twist cam = twist_of(body_from_cam(t - h), body_from_cam(t + h), 2 * h);
+  CameraTwist twist_of_cam_in_cam;
+  twist_of_cam_in_cam << body_from_cam(t).rotation().conjugate() * cam.v_world, cam.omega_body;
+  const Twist got = TwistSeenFrom(twist_of_cam_in_cam, cam_from_world, world_from_body(t));
+  EXPECT_LT((got.v_world - body.v_world).norm(), 1e-7);
+  EXPECT_LT((got.omega_body - body.omega_body).norm(), 1e-7);
+}
+
 TEST(LowPass, StepResponseIsGeometric) {
   const Twist step{{1, -2, 3}, {0.5, 0, -1}};
   Twist filtered;
