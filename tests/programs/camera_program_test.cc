@@ -106,7 +106,7 @@ TEST_F(CameraProgram, WritesACameraThatTheEstimateTakes) {
   EXPECT_LT(summary["reprojection_px"]["median"].get<double>(), 0.2);
 }
 
-TEST_F(CameraProgram, LearnsWhereTheTagsOfASheetAre) {
+TEST_F(CameraProgram, SlowLearnsWhereTheTagsOfASheetAre) {
   Film(0.8, {"--images=false", "--corner_noise_px", "0.1", "--rate", "10"});
   std::vector<std::string> arguments = {"--from",   "film",        "--image_size",    "320x240",
                                         "--output", "camera.yaml", "--use_detections"};

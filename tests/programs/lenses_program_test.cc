@@ -55,7 +55,7 @@ TEST_P(LensesProgram, CornersAreEstimatedAsWellAsCanBe) {
   }
 }
 
-TEST_P(LensesProgram, ImagesAreEstimatedAsWellAsTheirCornersAllow) {
+TEST_P(LensesProgram, SlowImagesAreEstimatedAsWellAsTheirCornersAllow) {
   const auto summary = Fly({"--duration", "1.5", "--rate", "20", "--supersampling", "3",
                             "--scribble", "0", "--exposure_ms", "0"},
                            {"--tracks=false"});

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 
 class LensAndLayout : public testing::TestWithParam<Case> {};
 
-TEST_P(LensAndLayout, IsTheTruthWithinItsSigmas) {
+TEST_P(LensAndLayout, SlowIsTheTruthWithinItsSigmas) {
   const Camera truth = TruthOf(GetParam());
   std::pair<int, int> outside{0, 0};
   for (const unsigned seed : {3U, 4U}) {

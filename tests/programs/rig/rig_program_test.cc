@@ -62,7 +62,7 @@ TEST_F(RigProgram, ThreeCamerasOfTwoClocksAreOneEstimate) {
   }
 }
 
-TEST_F(RigProgram, EachCamerasClockIsTakenAsTheConfigurationSays) {
+TEST_F(RigProgram, SlowEachCamerasClockIsTakenAsTheConfigurationSays) {
   const auto rmse_m = [](const nlohmann::json& summary) {
     return summary["accuracy"]["optimised"]["position_rmse_m"].get<double>();
   };
