@@ -1,23 +1,18 @@
 #include "estimator/online/bodies_section.h"
 
 #include <algorithm>
-#include <cctype>
 #include <string>
 #include <utility>
 
 #include "estimator/online/map_section.h"
+#include "frontend/base/files/plain_name.h"
 #include "frontend/io/setup/yaml_reader.h"
 
 namespace tagtwist::internal {
 namespace {
 
 // Files are called after it, beside those that every run has.
-bool IsName(const std::string& name) {
-  return !name.empty() && name.size() <= 64 && name != "lagged" &&
-         std::all_of(name.begin(), name.end(), [](char c) {
-           return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
-         });
-}
+bool IsName(const std::string& name) { return IsPlainName(name) && name != "lagged"; }
 
 YamlValue Without(const std::string& name, const YamlValue& mapping) {
   YamlValue out = mapping;

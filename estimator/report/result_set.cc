@@ -1,5 +1,11 @@
 #include "estimator/report/result_set.h"
 
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "frontend/base/files/plain_name.h"
+
 namespace tagtwist::internal {
 
 const std::vector<std::string>& ResultNames() {
@@ -19,8 +25,33 @@ std::vector<std::string> BodyFileNames(const std::string& body, const ResultKind
   return out;
 }
 
+std::vector<std::string> OlderBodyFiles(const std::string& folder) {
+  constexpr uintmax_t kMostBytes = 16 << 20;  // a summary has some kB
+  const std::filesystem::path path = std::filesystem::path(folder) / "summary.json";
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return {};
+  if (const auto bytes = std::filesystem::file_size(path, none); none || bytes > kMostBytes) {
+    return {};
+  }
+  std::ifstream file(path);
+  const auto summary = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  const auto bodies = summary.is_object() ? summary.find("bodies") : summary.end();
+  if (bodies == summary.end() || !bodies->is_array()) return {};
+  std::vector<std::string> out;
+  for (const auto& body : *bodies) {
+    const auto name = body.is_object() ? body.find("name") : body.end();
+    if (name == body.end() || !name->is_string()) continue;
+    if (!IsPlainName(name->get<std::string>())) continue;
+    for (const std::string& one : BodyFileNames(name->get<std::string>(), {true, true})) {
+      out.push_back(one);
+    }
+  }
+  return out;
+}
+
 OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds) {
   OutputSet out{folder, {}, ResultNames(), {"states.csv", "summary.json", "report.html"}};
+  for (std::string& name : OlderBodyFiles(folder)) out.obsolete.push_back(std::move(name));
   for (const std::string& name : ResultNames()) {
     const bool lagged = name.find("_lagged") != std::string::npos;
     const bool covariance = name.rfind("covariance", 0) == 0;

@@ -18,6 +18,9 @@ struct ResultKinds {
 /// Files of one of several bodies, called after it.
 std::vector<std::string> BodyFileNames(const std::string& body, const ResultKinds& kinds);
 
+/// Such files of the bodies that a run's summary in that folder names.
+std::vector<std::string> OlderBodyFiles(const std::string& folder);
+
 /// Those files, and what of older runs goes where this run does not write it.
 OutputSet ResultSet(const std::string& folder, const ResultKinds& kinds);
 

@@ -208,6 +208,7 @@ Status WriteResults(const std::string& folder, const Estimate& estimate,
     if (auto added = AddBody(other.name, other.estimate, context, set->get()); !added) return added;
   }
   std::vector<std::string> obsolete = ResultNames();
+  for (std::string& name : OlderBodyFiles(folder)) obsolete.push_back(std::move(name));
   for (const std::string& name : context.kept) {
     obsolete.erase(std::remove(obsolete.begin(), obsolete.end(), name), obsolete.end());
   }

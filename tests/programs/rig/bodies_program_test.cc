@@ -181,6 +181,16 @@ TEST_F(BodiesProgram, ABoardThatAMovingCameraSeesIsPutIntoTheWorld) {
   }
 }
 
+TEST_F(BodiesProgram, FilesOfBodiesThatAnOlderRunHadGo) {
+  Estimate("results", {"--dataset", "both", "--config", "bodies.yaml", "--use_detections"});
+  WriteText(Path("results/states_mine.csv"), "a person's\n");
+  Estimate("results", {"--dataset", "slow", "--config", "slow.yaml", "--use_detections"});
+  EXPECT_FALSE(fs::exists(Path("results/states_spinning.csv")));
+  EXPECT_FALSE(fs::exists(Path("results/optimised_slow.tum")));
+  EXPECT_TRUE(fs::exists(Path("results/states_mine.csv")));
+  EXPECT_TRUE(fs::exists(Path("results/states.csv")));
+}
+
 TEST_F(BodiesProgram, WhatNeedsACameraThatMovesIsRefused) {
   for (const char* flag : {"--calibrate", "--map_unknown_tags", "--write_detections"}) {
     const ProgramRun run =
