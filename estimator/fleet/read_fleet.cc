@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "estimator/fleet/row_json.h"
+#include "estimator/report/files/read_json.h"
 #include "frontend/base/files/file_set.h"
 #include "frontend/base/number_text.h"
 

@@ -7,14 +7,12 @@
 
 #include "estimator/fleet/figures.h"
 #include "frontend/base/files/input_digest.h"
-#include "frontend/base/files/input_file.h"
 
 namespace tagtwist::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int64_t kMostBytes = 1LL << 30;
 constexpr double kMostCount = 1e12;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -145,14 +143,6 @@ FleetRow RowOfRun(const Json& run) {
   out.name = TextAt(run, "name");
   out.log = TextAt(run, "log");
   return out;
-}
-
-Result<Json> ReadJsonObject(const std::string& path) {
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return text.error();
-  Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
-  if (json.is_object()) return json;
-  return Error{path + ": expected JSON, an object: it is cut, or of something else"};
 }
 
 }  // namespace tagtwist::internal

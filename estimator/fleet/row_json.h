@@ -17,7 +17,4 @@ void AddSummary(const nlohmann::ordered_json& summary, FleetRow* row);
 /// A row of tagtwist_fleet's runs.json, without its summary.
 FleetRow RowOfRun(const nlohmann::ordered_json& run);
 
-/// A file's JSON, an object; an error names the file.
-Result<nlohmann::ordered_json> ReadJsonObject(const std::string& path);
-
 }  // namespace tagtwist::internal

@@ -1,9 +1,9 @@
 #include "estimator/report/result_set.h"
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "estimator/report/files/read_json.h"
 #include "frontend/base/files/plain_name.h"
 
 namespace tagtwist::internal {
@@ -26,25 +26,20 @@ std::vector<std::string> BodyFileNames(const std::string& body, const ResultKind
 }
 
 std::vector<std::string> OlderBodyFiles(const std::string& folder) {
-  constexpr uintmax_t kMostBytes = 16 << 20;  // a summary has some kB
   const std::filesystem::path path = std::filesystem::path(folder) / "summary.json";
   std::error_code none;
   if (!std::filesystem::is_regular_file(path, none)) return {};
-  if (const auto bytes = std::filesystem::file_size(path, none); none || bytes > kMostBytes) {
-    return {};
-  }
-  std::ifstream file(path);
-  const auto summary = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
-  const auto bodies = summary.is_object() ? summary.find("bodies") : summary.end();
-  if (bodies == summary.end() || !bodies->is_array()) return {};
+  const auto summary = ReadJsonObject(path.string());
+  if (!summary) return {};
+  const auto bodies = summary->find("bodies");
+  if (bodies == summary->end() || !bodies->is_array()) return {};
   std::vector<std::string> out;
   for (const auto& body : *bodies) {
     const auto name = body.is_object() ? body.find("name") : body.end();
     if (name == body.end() || !name->is_string()) continue;
     if (!IsPlainName(name->get<std::string>())) continue;
-    for (const std::string& one : BodyFileNames(name->get<std::string>(), {true, true})) {
-      out.push_back(one);
-    }
+    const auto files = BodyFileNames(name->get<std::string>(), {true, true});
+    out.insert(out.end(), files.begin(), files.end());
   }
   return out;
 }
