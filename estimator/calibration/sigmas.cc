@@ -41,10 +41,7 @@ struct BlockNormals {
 class Blocks {
  public:
   Blocks(const CalibrationProblem& problem, const CalibrationSolution& solution)
-      : problem_(problem), solution_(solution) {
-    for (Eigen::Index i = 0; i < problem.prior_sigmas.size(); ++i) {
-      if (problem.prior_sigmas(i) > 0) free_.push_back(static_cast<int>(i));
-    }
+      : problem_(problem), solution_(solution), free_(FreeEntries(problem.prior_sigmas)) {
     const Eigen::VectorXd sigmas = problem.prior_sigmas(free_);
     prior_information_ = sigmas.cwiseAbs2().cwiseInverse();
     const Eigen::VectorXd change = Difference(solution.state, problem.prior)(free_);

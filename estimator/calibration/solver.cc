@@ -10,7 +10,6 @@
 #include "estimator/calibration/normals.h"
 
 namespace tagtwist::internal {
-namespace {
 
 std::vector<int> FreeEntries(const Eigen::VectorXd& sigmas) {
   std::vector<int> out;
@@ -19,6 +18,8 @@ std::vector<int> FreeEntries(const Eigen::VectorXd& sigmas) {
   }
   return out;
 }
+
+namespace {
 
 // The step of the shared parameters, full layout.
 Eigen::VectorXd SharedStep(const CalibrationNormals& normals, const std::vector<int>& free,

@@ -18,6 +18,9 @@ struct CalibrationSolution {
   int iterations = 0;
 };
 
+/// Entries of the full layout that are refined: those with a prior sigma.
+std::vector<int> FreeEntries(const Eigen::VectorXd& sigmas);
+
 /// Refines shared parameters and frames' poses from `start` by Levenberg-Marquardt, the noise
 /// known. Also with every parameter held: then the poses alone.
 CalibrationSolution SolveCalibration(const CalibrationProblem& problem,
