@@ -33,7 +33,7 @@ Status SimulateCamera(const SimulateJob& job, const SimulatedCamera& camera,
     return !simulator->FindVisibleTags(t_ns).empty();
   });
   if (!sees_tags) {
-    std::cerr << "tagtwist_simulate: no frame sees a tag: does cam_from_body look at the map?\n";
+    std::cerr << "tagtwist_simulate: no frame sees a tag: does the camera look at the map?\n";
   }
   const auto writer = CreateDatasetWriter(camera.output, *ParseFormat(job.format));
   if (!writer) return writer.error();

@@ -1,6 +1,7 @@
 #include "estimator/jobs/measurement_stream.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "estimator/live/stopwatch.h"
@@ -227,30 +228,33 @@ Result<std::optional<SearchedFrame>> MeasurementStream::NextDetected() {
   return out;
 }
 
-DetectedFrame MeasurementStream::SeenOf(size_t body, const SearchedFrame& searched) const {
+DetectedFrame MeasurementStream::TakeSeenOf(size_t body, SearchedFrame* searched) const {
   const Config& config = shared_->config;
-  DetectedFrame out{searched.frame.t_ns, searched.tags, false, {}, searched.doubled_ids};
+  DetectedFrame out;
+  out.t_ns = searched->frame.t_ns;
   // Tracks are of what stands: of a camera that moves, about the tags that stand.
   if (config.set_up.rig.mounted_on == MountedOn::kBody && body == 0) {
-    out.image = searched.frame.image;
+    out.image = searched->frame.image;
   }
-  if (config.bodies.empty()) return out;
+  if (config.bodies.empty()) {
+    out.tags = std::move(searched->tags);
+    out.doubled_ids = std::move(searched->doubled_ids);
+    return out;
+  }
   const TagMap& map = body == 0 ? config.set_up.map : config.bodies[body - 1].map;
-  const auto is_of_others = [&](int id) { return map.Find(id) == nullptr; };
-  out.tags.erase(std::remove_if(out.tags.begin(), out.tags.end(),
-                                [&](const TagDetection& tag) { return is_of_others(tag.id); }),
-                 out.tags.end());
-  out.doubled_ids.erase(
-      std::remove_if(out.doubled_ids.begin(), out.doubled_ids.end(), is_of_others),
-      out.doubled_ids.end());
+  std::copy_if(searched->tags.begin(), searched->tags.end(), std::back_inserter(out.tags),
+               [&](const TagDetection& tag) { return map.Find(tag.id) != nullptr; });
+  std::copy_if(searched->doubled_ids.begin(), searched->doubled_ids.end(),
+               std::back_inserter(out.doubled_ids),
+               [&](int id) { return map.Find(id) != nullptr; });
   return out;
 }
 
-MeasuredFrame MeasurementStream::Measure(const SearchedFrame& searched) {
-  const Frame& frame = searched.frame;
+MeasuredFrame MeasurementStream::Measure(SearchedFrame* searched) {
+  const Frame& frame = searched->frame;
   const auto camera = static_cast<size_t>(frame.camera);
   MeasuredFrame out;
-  out.detect_ms = searched.detect_ms;
+  out.detect_ms = searched->detect_ms;
   if (frame.camera == 0) out.image = frame.image;
   if (!frame.image_problem.empty()) out.image_problem = frame.name + ": " + frame.image_problem;
   OnlineOptions options;
@@ -260,10 +264,10 @@ MeasuredFrame MeasurementStream::Measure(const SearchedFrame& searched) {
     (stage == FrameStage::kTrack ? out.track_ms : out.seed_ms) += watch.ElapsedMs();
     watch = Stopwatch();
   };
-  out.measurements = MeasureFrame(SeenOf(0, searched), options, &front_ends_[0][camera]);
+  out.measurements = MeasureFrame(TakeSeenOf(0, searched), options, &front_ends_[0][camera]);
   for (size_t body = 1; body < front_ends_.size(); ++body) {
     out.of_others.push_back(
-        MeasureFrame(SeenOf(body, searched), options, &front_ends_[body][camera]));
+        MeasureFrame(TakeSeenOf(body, searched), options, &front_ends_[body][camera]));
   }
   return out;
 }
@@ -272,8 +276,8 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   auto next = NextDetected();
   if (!next) return next.error();
   if (!*next) return std::optional<MeasuredFrame>();
-  MeasuredFrame out = Measure(**next);
-  for (const SearchedFrame& other : (*next)->others) Merge(Measure(other), &out);
+  MeasuredFrame out = Measure(&**next);
+  for (SearchedFrame& other : (*next)->others) Merge(Measure(&other), &out);
   if (front_ends_.front().size() > 1) out.measurements.tracks.clear();  // ids are of each camera
   return std::optional<MeasuredFrame>(std::move(out));
 }

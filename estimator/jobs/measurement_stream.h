@@ -103,8 +103,9 @@ class MeasurementStream {
                     std::vector<Searcher> searchers);
   std::vector<Frame> ReadPiece();
   void FillQueue();
-  DetectedFrame SeenOf(size_t body, const SearchedFrame& searched) const;
-  MeasuredFrame Measure(const SearchedFrame& searched);
+  // What is seen of one of the bodies; of the only one it leaves the frame without its tags.
+  DetectedFrame TakeSeenOf(size_t body, SearchedFrame* searched) const;
+  MeasuredFrame Measure(SearchedFrame* searched);
   static Piece Detect(std::vector<Frame> frames, const Shared& shared, Searcher* searcher);
   static SearchedFrame DetectOne(Frame frame, const Shared& shared, const Searcher& searcher);
 

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
 #include "estimator/online/bodies_section.h"
 #include "estimator/online/camera_sections.h"
 #include "estimator/online/map_section.h"
 #include "frontend/base/format_text.h"
-#include "frontend/base/option_check.h"
-#include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
 
 namespace tagtwist {

@@ -44,10 +44,6 @@ std::string SectionText(const char* section, const Options& options) {
   return std::string("\n") + section + ":\n" + lines.text;
 }
 
-}  // namespace
-
-namespace {
-
 // The keys of a camera and of its mount, each line behind an indent.
 std::string CameraKeysText(const RigCamera& mounted, const std::string& indent) {
   const Camera& camera = mounted.camera;

@@ -77,6 +77,8 @@ void PutInWorld(const std::vector<FrameEstimate>& carriers, std::vector<FrameEst
                  "a body is estimated at the frames of its carrier, but it has " +
                      std::to_string(frames->size()) + " of " + std::to_string(carriers.size()));
   for (size_t i = 0; i < carriers.size(); ++i) {
+    TAGTWIST_CHECK(frames->at(i).t_ns == carriers[i].t_ns,
+                   "a body's frames are its carrier's, one by one");
     (*frames)[i] = BodyInWorld(carriers[i], (*frames)[i]);
   }
 }

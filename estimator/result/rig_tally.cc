@@ -1,5 +1,6 @@
 #include "estimator/result/rig_tally.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/graph/reprojection.h"
@@ -21,7 +22,8 @@ void RigTally::AddSolved(const EstimatorSetup& setup, const GraphFrame& frame) {
   }
   for (size_t i = 0; i < shares_.size(); ++i) {
     const MountedCamera camera = setup.CameraOf(static_cast<int>(i));
-    GraphFrame own = frame;
+    GraphFrame own;
+    own.state = frame.state;
     own.tags = TagsOfCamera(frame.tags, static_cast<int>(i));
     if (own.tags.empty()) continue;
     tally_.Add(camera.camera, setup.map, frame.t_ns, camera.CamFromMap(body), own.tags);
@@ -34,7 +36,10 @@ void RigTally::AddSolved(const EstimatorSetup& setup, const GraphFrame& frame) {
 
 void RigTally::AddSeen(const std::vector<TagDetection>& tags) {
   for (size_t i = 0; i < shares_.size(); ++i) {
-    const size_t n = TagsOfCamera(tags, static_cast<int>(i)).size();
+    const auto n =
+        static_cast<size_t>(std::count_if(tags.begin(), tags.end(), [i](const TagDetection& tag) {
+          return tag.camera == static_cast<int>(i);
+        }));
     shares_[i].tags += n;
     shares_[i].frames += n > 0 ? 1 : 0;
   }
