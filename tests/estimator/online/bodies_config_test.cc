@@ -3,6 +3,7 @@
 
 #include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
+#include "tests/support/config_of_text.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::internal::bodies_config_test {
@@ -24,19 +25,8 @@ std::string Bodies(const std::string& more = "") {
          "}]}\n";
 }
 
-Result<Config> Load(const std::string& text) {
-  const TempFolder folder;
-  WriteText(folder / "x.yaml", text);
-  return LoadConfig(folder / "x.yaml");
-}
-
-std::string FaultOf(const std::string& text) {
-  const auto config = Load(text);
-  return config ? "taken" : config.error().message;
-}
-
 TEST(Bodies, BeforeCamerasThatStandTheFirstIsTheOneThatIsReported) {
-  const auto config = Load("cameras:\n" + kCamera + kStands + Bodies());
+  const auto config = ConfigOfText("cameras:\n" + kCamera + kStands + Bodies());
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->set_up.rig.mounted_on, MountedOn::kWorld);
   EXPECT_EQ(config->body, "a");
@@ -50,7 +40,7 @@ TEST(Bodies, BeforeCamerasThatStandTheFirstIsTheOneThatIsReported) {
 }
 
 TEST(Bodies, BeforeACameraThatMovesAllAreBesidesTheTagsThatStand) {
-  const auto config = Load(Bodies(Tags(7) + ", "));
+  const auto config = ConfigOfText(Bodies(Tags(7) + ", "));
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->body, "");
   EXPECT_NE(config->set_up.map.Find(7), nullptr);
@@ -58,7 +48,7 @@ TEST(Bodies, BeforeACameraThatMovesAllAreBesidesTheTagsThatStand) {
 }
 
 TEST(Bodies, OneCameraThatStandsNeedsNoList) {
-  const auto config = Load("cam_from_world: " + kPose + "tag_map: {" + Tags(3) + "}\n");
+  const auto config = ConfigOfText("cam_from_world: " + kPose + "tag_map: {" + Tags(3) + "}\n");
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->set_up.rig.mounted_on, MountedOn::kWorld);
   EXPECT_TRUE(config->recordings.empty());
@@ -66,9 +56,9 @@ TEST(Bodies, OneCameraThatStandsNeedsNoList) {
 }
 
 TEST(Bodies, CamerasThatStandAreWrittenAsTheyAreRead) {
-  const auto config = Load("cameras:\n" + kCamera + kStands);
+  const auto config = ConfigOfText("cameras:\n" + kCamera + kStands);
   ASSERT_TRUE(config) << config.error().message;
-  const auto again = Load(CamerasSectionText(*config));
+  const auto again = ConfigOfText(CamerasSectionText(*config));
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(again->set_up.rig.mounted_on, MountedOn::kWorld);
   EXPECT_EQ(CamerasSectionText(*again), CamerasSectionText(*config));
@@ -77,7 +67,7 @@ TEST(Bodies, CamerasThatStandAreWrittenAsTheyAreRead) {
 TEST(Bodies, FaultsAreToldWithTheirLine) {
   const std::string cameras = "cameras:\n" + kCamera + kStands;
   const auto map = [&](const std::string& text) {
-    return FaultOf(cameras + "tag_map: " + text + "\n");
+    return FaultOfText(cameras + "tag_map: " + text + "\n");
   };
   EXPECT_THAT(map("{bodies: 3}"), HasSubstr("x.yaml:6: tag_map.bodies: expected a list of bodies"));
   EXPECT_THAT(map("{bodies: [3]}"), HasSubstr("expected a body's keys"));
@@ -88,20 +78,21 @@ TEST(Bodies, FaultsAreToldWithTheirLine) {
               HasSubstr("a name that no other body has"));
   EXPECT_THAT(map("{bodies: [{name: a, " + Tags(1) + "}, {name: b, " + Tags(1) + "}]}"),
               HasSubstr("each id once, got 1 of a again"));
-  EXPECT_THAT(FaultOf(cameras + Bodies(Tags(7) + ", ")), HasSubstr("no tags beside them"));
-  EXPECT_THAT(FaultOf(Bodies()), HasSubstr("tags that stand beside them"));
-  EXPECT_THAT(FaultOf(Bodies(Tags(2) + ", ")), HasSubstr("each id once, got 2 of b again"));
+  EXPECT_THAT(FaultOfText(cameras + Bodies(Tags(7) + ", ")), HasSubstr("no tags beside them"));
+  EXPECT_THAT(FaultOfText(Bodies()), HasSubstr("tags that stand beside them"));
+  EXPECT_THAT(FaultOfText(Bodies(Tags(2) + ", ")), HasSubstr("each id once, got 2 of b again"));
   EXPECT_THAT(
-      FaultOf("cameras:\n" + kCamera + "    mounted_on: roof\n    cam_from_world: " + kPose),
+      FaultOfText("cameras:\n" + kCamera + "    mounted_on: roof\n    cam_from_world: " + kPose),
       HasSubstr("mounted_on: expected body or world"));
-  EXPECT_THAT(FaultOf("cameras:\n" + kCamera + "    mounted_on: world\n"),
+  EXPECT_THAT(FaultOfText("cameras:\n" + kCamera + "    mounted_on: world\n"),
               HasSubstr("cam_from_world, where the camera stands"));
-  EXPECT_THAT(FaultOf("cameras:\n" + kCamera + kStands + "  - name: right\n" +
-                      kCamera.substr(kCamera.find("    camera")) + "    cam_from_body: " + kPose),
-              HasSubstr("all cameras on the body, or all in the world"));
-  EXPECT_THAT(FaultOf("cameras:\n" + kCamera + "    cam_from_world: " + kPose),
+  EXPECT_THAT(
+      FaultOfText("cameras:\n" + kCamera + kStands + "  - name: right\n" +
+                  kCamera.substr(kCamera.find("    camera")) + "    cam_from_body: " + kPose),
+      HasSubstr("all cameras on the body, or all in the world"));
+  EXPECT_THAT(FaultOfText("cameras:\n" + kCamera + "    cam_from_world: " + kPose),
               HasSubstr("expected cam_from_body, or mounted_on: world beside it"));
-  EXPECT_THAT(FaultOf("cam_from_body: " + kPose + "cam_from_world: " + kPose),
+  EXPECT_THAT(FaultOfText("cam_from_body: " + kPose + "cam_from_world: " + kPose),
               HasSubstr("beside cam_from_body"));
 }
 

@@ -3,6 +3,7 @@
 
 #include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
+#include "tests/support/config_of_text.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::internal::cameras_config_test {
@@ -15,24 +16,13 @@ constexpr const char* kLens =
 constexpr const char* kMount =
     "    cam_from_body: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0.1, 0, 0.2]}\n";
 
-Result<Config> Load(const std::string& text) {
-  const TempFolder folder;
-  WriteText(folder / "x.yaml", text);
-  return LoadConfig(folder / "x.yaml");
-}
-
-std::string FaultOf(const std::string& text) {
-  const auto config = Load(text);
-  return config ? "taken" : config.error().message;
-}
-
 std::string Two() {
   return std::string("cameras:\n  - name: left\n") + kLens + kMount + "  - name: right\n" + kLens +
          kMount + "    clock_offset_s: -0.007\n    recording: sub/r\n    topic: /r/image\n";
 }
 
 TEST(CamerasSection, SaysWhereEachCameraIsAndWhereItsRecording) {
-  const auto config = Load(Two());
+  const auto config = ConfigOfText(Two());
   ASSERT_TRUE(config) << config.error().message;
   ASSERT_EQ(config->set_up.rig.cameras.size(), 2U);
   EXPECT_TRUE(config->set_up.rig.IsOfSeveral());
@@ -48,10 +38,10 @@ TEST(CamerasSection, SaysWhereEachCameraIsAndWhereItsRecording) {
 }
 
 TEST(CamerasSection, IsWrittenAsItIsRead) {
-  const auto config = Load(Two());
+  const auto config = ConfigOfText(Two());
   ASSERT_TRUE(config) << config.error().message;
   const std::string text = CamerasSectionText(*config);
-  const auto again = Load(text);
+  const auto again = ConfigOfText(text);
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(CamerasSectionText(*again), text);
   EXPECT_EQ(again->set_up.rig.cameras[1].cam_from_body.params,
@@ -59,19 +49,21 @@ TEST(CamerasSection, IsWrittenAsItIsRead) {
 }
 
 TEST(CamerasSection, FaultsAreToldWithTheirLine) {
-  EXPECT_THAT(FaultOf("cameras: 3\n"), HasSubstr("x.yaml:1: cameras: expected a list of cameras"));
-  EXPECT_THAT(FaultOf("cameras: []\n"), HasSubstr("expected a list of cameras"));
-  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kLens),
+  EXPECT_THAT(FaultOfText("cameras: 3\n"),
+              HasSubstr("x.yaml:1: cameras: expected a list of cameras"));
+  EXPECT_THAT(FaultOfText("cameras: []\n"), HasSubstr("expected a list of cameras"));
+  EXPECT_THAT(FaultOfText(std::string("cameras:\n  - name: a\n") + kLens),
               HasSubstr("expected cam_from_body, or a calibration with a mount"));
-  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kMount), HasSubstr("camera"));
-  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kLens + kMount + "  - name: a\n" +
-                      kLens + kMount),
+  EXPECT_THAT(FaultOfText(std::string("cameras:\n  - name: a\n") + kMount), HasSubstr("camera"));
+  EXPECT_THAT(FaultOfText(std::string("cameras:\n  - name: a\n") + kLens + kMount +
+                          "  - name: a\n" + kLens + kMount),
               HasSubstr("expected a name that no other camera has"));
-  EXPECT_THAT(FaultOf(Two() + "    lens: 3\n"), HasSubstr("lens"));
-  EXPECT_THAT(FaultOf(Two() + "camera: {width: 376, height: 240, fx: 1, fy: 1, cx: 1, cy: 1}\n"),
-              HasSubstr("beside cameras"));
-  EXPECT_THAT(FaultOf(std::string("cameras:\n  - name: a\n") + kLens + kMount +
-                      "    clock_offset_s: 3e9\n"),
+  EXPECT_THAT(FaultOfText(Two() + "    lens: 3\n"), HasSubstr("lens"));
+  EXPECT_THAT(
+      FaultOfText(Two() + "camera: {width: 376, height: 240, fx: 1, fy: 1, cx: 1, cy: 1}\n"),
+      HasSubstr("beside cameras"));
+  EXPECT_THAT(FaultOfText(std::string("cameras:\n  - name: a\n") + kLens + kMount +
+                          "    clock_offset_s: 3e9\n"),
               HasSubstr("from -2e9 to 2e9 s"));
 }
 

@@ -4,24 +4,13 @@
 #include <string>
 
 #include "estimator/online/config.h"
+#include "tests/support/config_of_text.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::internal::config_refusals_test {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
-
-// The message of a configuration with this text, without its folder: "x.yaml:2: ...".
-std::string Fault(const std::string& text) {
-  const TempFolder folder;
-  WriteText(folder / "x.yaml", text);
-  const Result<Config> config = LoadConfig(folder / "x.yaml");
-  if (config) return "accepted";
-  EXPECT_THAT(config.error().message, StartsWith(folder / ""));
-  EXPECT_EQ(config.error().message.find('\n'), std::string::npos);
-  return config.error().message.substr((folder / "").size());
-}
 
 struct BadFile {
   const char* name;
@@ -143,7 +132,7 @@ const BadFile kBadFiles[] = {
 class BadConfig : public ::testing::TestWithParam<BadFile> {};
 
 TEST_P(BadConfig, IsRefusedWithItsPlace) {
-  EXPECT_THAT(Fault(GetParam().text), HasSubstr(GetParam().fault));
+  EXPECT_THAT(FaultOfText(GetParam().text), HasSubstr(GetParam().fault));
 }
 INSTANTIATE_TEST_SUITE_P(All, BadConfig, ::testing::ValuesIn(kBadFiles),
                          [](const auto& test) { return std::string(test.param.name); });
@@ -162,7 +151,7 @@ TEST(ConfigRefusals, AnyTruncationIsReadOrRefusedInOneLine) {
   const std::string whole = ReadText(TAGTWIST_SOURCE_DIR "/configs/course.yaml");
   ASSERT_GT(whole.size(), 1000u);
   for (size_t size = 1; size < whole.size(); size += 31) {
-    EXPECT_FALSE(Fault(whole.substr(0, size)).empty());
+    EXPECT_FALSE(FaultOfText(whole.substr(0, size)).empty());
   }
 }
 
@@ -174,7 +163,7 @@ TEST(ConfigRefusals, Garbage) {
       state = state * 1664525u + 1013904223u;
       bytes += static_cast<char>(state >> 24);
     }
-    EXPECT_NE(Fault(bytes), "accepted") << i;
+    EXPECT_NE(FaultOfText(bytes), "accepted") << i;
   }
 }
 
@@ -185,11 +174,11 @@ TEST(ConfigRefusals, EndlessAliases) {
     text.append(name).append(": &").append(name).append(" [").append(last).append(", ");
     text.append(last).append("]\n");
   }
-  EXPECT_THAT(Fault(text), HasSubstr("expected a smaller file"));
+  EXPECT_THAT(FaultOfText(text), HasSubstr("expected a smaller file"));
 }
 
 TEST(ConfigRefusals, DeepNesting) {
-  EXPECT_NE(Fault("camera: " + std::string(100000, '[')), "accepted");
+  EXPECT_NE(FaultOfText("camera: " + std::string(100000, '[')), "accepted");
 }
 
 }  // namespace

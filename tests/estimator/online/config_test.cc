@@ -11,6 +11,7 @@
 #include "estimator/online/config_text.h"
 #include "frontend/types/lens/lens.h"
 #include "frontend/types/so3.h"
+#include "tests/support/config_of_text.h"
 #include "tests/support/test_files.h"
 
 namespace tagtwist::internal::config_test {
@@ -18,12 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 const fs::path kSource = TAGTWIST_SOURCE_DIR;
-
-Result<Config> Load(const std::string& text) {
-  const TempFolder folder;
-  WriteText(folder / "x.yaml", text);
-  return LoadConfig(folder / "x.yaml");
-}
 
 void ExpectSamePose(const Pose& a, const Pose& b, double tolerance = 1e-15) {
   EXPECT_LT(LogSo3(a.rotation().conjugate() * b.rotation()).norm(), tolerance);
@@ -161,7 +156,7 @@ TEST(Config, MovableTagsAreNotInTheMap) {
 }
 
 TEST(Config, PartsLeftOutKeepTheirDefaults) {
-  const Result<Config> config = Load("estimator: {window_frames: 20, accel_psd: 2.5}\n");
+  const Result<Config> config = ConfigOfText("estimator: {window_frames: 20, accel_psd: 2.5}\n");
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_EQ(config->estimator.window_frames, 20);
   EXPECT_EQ(config->estimator.accel_psd, std::optional<double>(2.5));
@@ -172,7 +167,7 @@ TEST(Config, PartsLeftOutKeepTheirDefaults) {
 }
 
 TEST(Config, QuaternionAndMatrixSayTheSame) {
-  const Result<Config> config = Load(
+  const Result<Config> config = ConfigOfText(
       "cam_from_body:\n"
       "  quaternion_xyzw: [0.9238795325112867, -0.3826834323650898, 0, 0]\n"
       "  translation_m: [-0.04, 0, -0.03]\n");
@@ -182,7 +177,7 @@ TEST(Config, QuaternionAndMatrixSayTheSame) {
 }
 
 TEST(Config, DistortionIsReadInOpenCvsOrder) {
-  const Result<Config> config = Load(
+  const Result<Config> config = ConfigOfText(
       "camera: {width: 640, height: 480, fx: 400, fy: 401, cx: 320, cy: 240, distortion: [1e-1, "
       "-0.2, 3.0e-3, +4e-4]}\n");
   ASSERT_TRUE(config) << config.error().message;
@@ -202,7 +197,7 @@ TEST(Config, EveryLensIsWrittenAsItIsRead) {
     for (const LensCoefficient& coefficient : LensCoefficients(model)) {
       camera.*coefficient.value = value += 0.01;
     }
-    const Result<Config> read = Load(CameraSectionText(config));
+    const Result<Config> read = ConfigOfText(CameraSectionText(config));
     ASSERT_TRUE(read) << read.error().message;
     EXPECT_EQ(read->set_up.rig.front().camera.lens, model);
     for (const LensCoefficient& coefficient : LensCoefficients(model)) {
@@ -213,7 +208,7 @@ TEST(Config, EveryLensIsWrittenAsItIsRead) {
 }
 
 TEST(Config, TagsInSpace) {
-  const Result<Config> config = Load(
+  const Result<Config> config = ConfigOfText(
       "tag_map:\n"
       "  tags:\n"
       "    - {id: 3, size_m: 0.2, position_m: [1, 2, 3]}\n"
@@ -234,7 +229,7 @@ TEST(Config, TagsInSpace) {
 }
 
 TEST(Config, GridWithOneGapForAll) {
-  const Result<Config> config = Load(
+  const Result<Config> config = ConfigOfText(
       "tag_map: {grid: {first_id: 10, rows: 2, columns: 2, tag_size_m: 0.1, row_gaps_m: 0.05, "
       "column_gaps_m: [0.2]}}\n");
   ASSERT_TRUE(config) << config.error().message;

@@ -1,15 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
-#include "estimator/batch/batch.h"
 #include "estimator/rig/rig_pose.h"
 #include "estimator/systematic/systematic_basis.h"
 #include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/rig_flights.h"
 #include "tests/support/flights/tag_scene.h"
-#include "tests/support/flights/window_run.h"
 
 namespace tagtwist::internal::standing_test {
 namespace {
@@ -69,32 +67,9 @@ ExactModelFlight Move(const ExactModelOptions& model, bool in_turn) {
   return out;
 }
 
-double Nees(const FrameEstimate& estimate, const BodyState& truth) {
-  const StateVector e = Difference(estimate.state, truth);
-  return e.dot(estimate.covariance.llt().solve(e));
-}
-
 void ExpectHonest(bool in_turn) {
-  double batch_sum = 0, current = 0, lagged = 0;
-  int n = 0;
-  for (unsigned seed = 1; seed <= 8; ++seed) {
-    const ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk, seed);
-    const ExactModelFlight flight = Move(model, in_turn);
-    const auto batch = RunBatch(Watched(), GivenNoise(model), flight.measurements);
-    ASSERT_TRUE(batch) << batch.error().message;
-    const WindowRun run =
-        RunWindow(MakeEstimatorSetup(Watched(), GivenNoise(model)), flight.measurements);
-    ASSERT_EQ(run.lagged.size(), flight.truth.size());
-    for (size_t i = 5; i < flight.truth.size(); i += 10, ++n) {
-      batch_sum += Nees(batch->frames[i], flight.truth[i]);
-      current += Nees(run.current[i], flight.truth[i]);
-      lagged += Nees(run.lagged[i], flight.truth[i]);
-    }
-  }
-  const double band = 4 * std::sqrt(24.0 / n);
-  EXPECT_NEAR(batch_sum / n, 12, band);
-  EXPECT_NEAR(current / n, 12, band);
-  EXPECT_NEAR(lagged / n, 12, band);
+  ExpectHonestEstimates(Watched(),
+                        [&](const ExactModelOptions& model) { return Move(model, in_turn); });
 }
 
 TEST(Standing, CovariancesHoldOfABoardThatAllSee) { ExpectHonest(false); }
