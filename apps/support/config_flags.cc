@@ -11,10 +11,13 @@
 DEFINE_string(
     config, "",
     "Camera, mount, tag map and options (YAML); configs/course.yaml's values without it.");
-DEFINE_string(camera_file, "",
-              "Calibration to take the camera from: Kalibr camchain, OpenCV YAML or XML, ROS "
-              "camera_info, or a configuration. Before the one in --config.");
-DEFINE_string(camera, "", "Which camera of --camera_file, where it has several: cam1.");
+DEFINE_string(
+    camera_file, "",
+    "Calibration to take the camera from: Kalibr camchain, OpenCV YAML or XML, ROS "
+    "camera_info, EuRoC's folder of several, or a configuration. Before the one in --config.");
+DEFINE_string(camera, "",
+              "Which camera of --camera_file, where it has several: cam1. cam0,cam1 or all: a rig "
+              "of these, whose recordings in --dataset go by their names.");
 DEFINE_string(map, "",
               "Where the tags are: Kalibr aprilgrid, WPILib field, TagSLAM bodies, or a "
               "configuration. Before the one in --config.");

@@ -8,6 +8,7 @@
 #include "frontend/base/format_text.h"
 #include "frontend/io/setup/camera_file.h"
 #include "frontend/io/setup/camera_section.h"
+#include "frontend/io/setup/rig/rig_file.h"
 #include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
 
@@ -115,11 +116,50 @@ Result<CameraEntry> ReadEntry(const YamlValue& node, const Limits& limits) {
   return out;
 }
 
+Result<std::vector<CameraEntry>> ReadNamedFile(const YamlValue& node, const Limits& limits) {
+  YamlSection section(node);
+  std::string file;
+  std::vector<std::string> names;
+  section.Require("file", &file);
+  if (const YamlValue* list = section.Find("names")) {
+    if (list->kind != YamlValue::Kind::kList || list->items.empty()) {
+      section.Keep(list->Refuse("a list of names"));
+    }
+    for (const YamlValue& item : list->items) {
+      section.Keep(ReadValue(item, &names.emplace_back()));
+    }
+  }
+  if (Status status = section.Finish(); !status) return status.error();
+  return CamerasOfFile(BesideFile(node.file, file), names, limits);
+}
+
 }  // namespace
 
+Result<std::vector<CameraEntry>> CamerasOfFile(const std::string& path,
+                                               const std::vector<std::string>& names,
+                                               const Limits& limits) {
+  auto cameras = ReadRigFile(path, names, limits);
+  if (!cameras) return cameras.error();
+  std::vector<CameraEntry> out;
+  for (CameraOfRig& one : *cameras) {
+    CameraEntry entry;
+    entry.camera.name = entry.recording = one.name;
+    entry.camera.camera = one.file.camera;
+    entry.camera.line_time_s = one.file.line_time_s;
+    entry.camera.cam_from_body = *one.file.cam_from_body;
+    entry.camera.clock_offset_s = one.clock_offset_s;
+    entry.topic = std::move(one.topic);
+    entry.origin.focal_sigma = one.file.focal_sigma;
+    entry.origin.notes = std::move(one.file.notes);
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
 Result<std::vector<CameraEntry>> ReadCameras(const YamlValue& node, const Limits& limits) {
+  if (node.kind == YamlValue::Kind::kMapping) return ReadNamedFile(node, limits);
   if (node.kind != YamlValue::Kind::kList || node.items.empty()) {
-    return node.Refuse("a list of cameras");
+    return node.Refuse("a list of cameras, or {file: ...} of a calibration with several");
   }
   std::vector<CameraEntry> out;
   for (const YamlValue& item : node.items) {

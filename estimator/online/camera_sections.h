@@ -38,8 +38,12 @@ struct CameraEntry {
   CameraOrigin origin;
   std::string recording, topic;
 };
-/// The section `cameras`: a list, each with a name of its own and a mount; either all on the body
-/// or all in W.
+/// Those of a calibration that has several, all or the named ones (ReadRigFile).
+Result<std::vector<CameraEntry>> CamerasOfFile(const std::string& path,
+                                               const std::vector<std::string>& names,
+                                               const Limits& limits);
+/// The section `cameras`: a list, each with a name of its own and a mount, either all on the body
+/// or all in W; or `file` and optionally `names`, of CamerasOfFile.
 Result<std::vector<CameraEntry>> ReadCameras(const YamlValue& node, const Limits& limits);
 
 }  // namespace tagtwist::internal

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "estimator/online/bodies_section.h"
@@ -41,23 +42,45 @@ void TellOrigin(const CameraOrigin& origin, SetUpOrigins* out) {
   out->notes = origin.notes;
 }
 
-// `focal_sigma`: the largest of the cameras'.
-Status TakeCameras(const YamlValue& node, YamlSection* sections, const ConfigFiles& files,
+// cam0,cam1: names of several; all: of all, an empty list.
+std::vector<std::string> NamesOfSeveral(const std::string& text) {
+  std::vector<std::string> out;
+  std::istringstream list(text == "all" ? "" : text);
+  for (std::string name; std::getline(list, name, ',');) out.push_back(name);
+  return out;
+}
+
+bool IsOfSeveral(const ConfigFiles& files) {
+  return !files.camera_file.empty() &&
+         (files.camera_name == "all" || files.camera_name.find(',') != std::string::npos);
+}
+
+// The cameras that the section `cameras` has or names, or, where there is none, --camera_file.
+Result<std::vector<CameraEntry>> SeveralCameras(const YamlValue* node, const ConfigFiles& files,
+                                                const Limits& limits) {
+  if (node == nullptr) {
+    return CamerasOfFile(files.camera_file, NamesOfSeveral(files.camera_name), limits);
+  }
+  if (!files.camera_file.empty()) {
+    return Error{files.camera_file + ": --camera_file is of one camera, and " + node->file +
+                 " has cameras of its own"};
+  }
+  return ReadCameras(*node, limits);
+}
+
+// `node`: the section `cameras`, or none. `focal_sigma`: the largest of the cameras'.
+Status TakeCameras(const YamlValue* node, YamlSection* sections, const ConfigFiles& files,
                    Config* config, std::optional<double>* focal_sigma) {
   for (const char* of_one : {"camera", "cam_from_body", "cam_from_world"}) {
     if (const YamlValue* other = sections->Find(of_one)) {
-      return other->Refuse("no such section beside cameras, which has one for each");
+      return other->Refuse("no such section beside several cameras, which have one each");
     }
   }
-  if (!files.camera_file.empty()) {
-    return Error{files.camera_file + ": --camera_file is of one camera, and " + node.file +
-                 " has cameras of its own"};
-  }
-  auto entries = ReadCameras(node, config->limits);
+  auto entries = SeveralCameras(node, files, config->limits);
   if (!entries) return entries.error();
   config->set_up.rig.cameras.clear();
   SetUpOrigins& origins = config->origins;
-  origins.camera = origins.mount = node.file;
+  origins.camera = origins.mount = node != nullptr ? node->file : files.camera_file;
   for (CameraEntry& entry : *entries) {
     *focal_sigma = std::max(*focal_sigma, entry.origin.focal_sigma);
     config->recordings.push_back({std::move(entry.recording), std::move(entry.topic)});
@@ -222,8 +245,9 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   config.limits = files.limits;
   YamlSection sections(*root);
   SigmasOfFiles sigmas;
-  if (const YamlValue* cameras = sections.Find("cameras")) {
-    sections.Keep(TakeCameras(*cameras, &sections, files, &config, &sigmas.focal));
+  const YamlValue* cameras = sections.Find("cameras");
+  if (cameras != nullptr || IsOfSeveral(files)) {
+    sections.Keep(TakeCameras(cameras, &sections, files, &config, &sigmas.focal));
   } else {
     TakeOnlyCamera(files, &sections, &config, &sigmas.focal);
   }

@@ -54,8 +54,9 @@ Config DefaultConfig();
 struct ConfigFiles {
   std::string config;       // LoadConfig(path)
   std::string camera_file;  // a calibration (ReadCameraFile); before the configuration's camera
-  std::string camera_name;  // which of its cameras
-  TagMapFile map;           // before the configuration's tag map
+  /// Which of its cameras; cam0,cam1 or all: several, a rig, whose recordings go by their names.
+  std::string camera_name;
+  TagMapFile map;                      // before the configuration's tag map
   std::vector<int> movable_tags = {};  // besides the configuration's
   Limits limits = {};                  // of these files, and of what is read by Config.limits
 };

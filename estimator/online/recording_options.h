@@ -1,13 +1,10 @@
 #pragma once
-#include <cmath>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "estimator/online/config.h"
 #include "frontend/io/recordings/data_source.h"
-#include "frontend/io/recordings/rig/rig_source.h"
 
 namespace tagtwist::internal {
 
@@ -22,19 +19,9 @@ inline DataSourceOptions RecordingOptions(const Config& config, bool use_detecti
   return options;
 }
 
-/// OpenDataSource, or, where the configuration has `cameras`, OpenRigSource of their recordings in
-/// this folder.
-inline Result<std::unique_ptr<DataSource>> OpenRecording(const std::string& dataset,
-                                                         const Config& config,
-                                                         const DataSourceOptions& options) {
-  if (config.recordings.empty()) return OpenDataSource(dataset, options);
-  std::vector<RigRecording> recordings;
-  for (size_t i = 0; i < config.recordings.size(); ++i) {
-    const CameraRecording& one = config.recordings[i];
-    recordings.push_back({(std::filesystem::path(dataset) / one.path).string(), one.topic,
-                          std::llround(1e9 * config.set_up.rig.cameras.at(i).clock_offset_s)});
-  }
-  return OpenRigSource(recordings, options);
-}
+/// OpenDataSource, or, where the configuration has several cameras, OpenRigSource of their
+/// recordings: in this folder, or in mav0 of it (EuRoC), or, of a bag, their topics of it.
+Result<std::unique_ptr<DataSource>> OpenRecording(const std::string& dataset, const Config& config,
+                                                  const DataSourceOptions& options);
 
 }  // namespace tagtwist::internal

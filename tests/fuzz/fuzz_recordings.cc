@@ -85,11 +85,20 @@ bool FuzzFolder(const std::string& bytes) {
   return taken || named;
 }
 
+namespace {
+
+Result<std::unique_ptr<DataSource>> OpenFirstEurocCamera(const std::string& folder,
+                                                         const DataSourceOptions& options) {
+  return OpenEurocSource(folder, "cam0", options);
+}
+
+}  // namespace
+
 bool FuzzEuroc(const std::string& bytes) {
   const TempFolder folder;
   WriteTree(UnpackTree(bytes), folder.path());
   const std::string mav0 = folder / "mav0";
-  return OpenBothWays(OpenEurocSource, std::filesystem::exists(mav0) ? mav0 : folder.path());
+  return OpenBothWays(OpenFirstEurocCamera, std::filesystem::exists(mav0) ? mav0 : folder.path());
 }
 
 }  // namespace tagtwist::internal

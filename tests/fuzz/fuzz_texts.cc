@@ -1,8 +1,11 @@
 // Readers of texts: what they take keeps the promises of their headers.
+#include <cmath>
+
 #include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
 #include "estimator/report/files/states_csv.h"
 #include "frontend/io/setup/camera_file.h"
+#include "frontend/io/setup/rig/rig_file.h"
 #include "frontend/io/setup/tag_map_file.h"
 #include "frontend/io/setup/yaml_tree.h"
 #include "frontend/io/tables/csv.h"
@@ -55,7 +58,14 @@ bool FuzzCamera(const std::string& bytes) {
     Promise(camera->line_time_s >= 0, "a line time below zero");
     if (camera->cam_from_body) Promise(IsFinite(*camera->cam_from_body), "a mount of no pose");
   }
-  return taken;
+  const auto rig = ReadRigFile(file.path(), {}, {});
+  if (!IsTaken(rig)) return taken;
+  for (const CameraOfRig& one : *rig) {
+    Promise(!one.file.camera.Problem(), "a camera of a rig with a problem");
+    Promise(one.file.cam_from_body && IsFinite(*one.file.cam_from_body), "no mount on the rig");
+    Promise(std::isfinite(one.clock_offset_s), "a clock of no time");
+  }
+  return true;
 }
 
 bool FuzzMap(const std::string& bytes) {

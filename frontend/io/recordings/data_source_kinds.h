@@ -12,8 +12,11 @@ namespace tagtwist::internal {
 /// The kinds behind OpenDataSource.
 Result<std::unique_ptr<DataSource>> OpenFolderSource(const std::string& folder,
                                                      const DataSourceOptions& options);
-/// `folder` holds cam0.
+/// The folder beside a camera's that its detections are in: tags1 of cam1.
+std::string EurocTags(const std::string& camera);
+/// `folder` holds the camera's folder: cam0, cam1, ...
 Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
+                                                    const std::string& camera,
                                                     const DataSourceOptions& options);
 Result<std::unique_ptr<DataSource>> OpenMatSource(const std::string& path,
                                                   const DataSourceOptions& options);

@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <string>
 
 #include "frontend/io/recordings/image_list_source.h"
 #include "frontend/io/tables/imu_csv.h"
@@ -6,15 +7,21 @@
 
 namespace tagtwist::internal {
 
+std::string EurocTags(const std::string& camera) {
+  const size_t number = camera.find_first_of("0123456789");
+  return "tags" + (number == std::string::npos ? "" : camera.substr(number));
+}
+
 Result<std::unique_ptr<DataSource>> OpenEurocSource(const std::string& folder,
+                                                    const std::string& camera,
                                                     const DataSourceOptions& options) {
   const std::filesystem::path root(folder);
   ListingFiles files;
-  files.table = (root / "cam0" / "data.csv").string();
+  files.table = (root / camera / "data.csv").string();
   files.stamp_column = "timestamp";
   files.file_column = "filename";
-  files.image_folder = (root / "cam0" / "data").string();
-  files.detections = (root / "tags0" / "data.csv").string();
+  files.image_folder = (root / camera / "data").string();
+  files.detections = (root / EurocTags(camera) / "data.csv").string();
   files.unit = TimeUnit::kNanoseconds;
   auto list = ReadImageList(files, options);
   if (!list) return list.error();

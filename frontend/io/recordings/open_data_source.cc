@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 #include "frontend/base/files/input_file.h"
@@ -14,6 +15,17 @@ namespace {
 bool Exists(const std::filesystem::path& path) {
   std::error_code unknown;
   return std::filesystem::exists(path, unknown);
+}
+
+// One of EuRoC's cameras, cam1 with data.csv of its own, without a slash at its end.
+std::optional<std::filesystem::path> EurocCamera(const std::filesystem::path& root,
+                                                 const DataSourceOptions& options) {
+  auto path = root.lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  if (path.filename().string().rfind("cam", 0) != 0) return std::nullopt;
+  const auto tags = path.parent_path() / EurocTags(path.filename().string()) / "data.csv";
+  const bool is_one = Exists(path / "data.csv") || (options.use_detections && Exists(tags));
+  return is_one ? std::optional(path) : std::nullopt;
 }
 
 bool IsBagFile(const std::string& path) {
@@ -70,8 +82,11 @@ Result<std::unique_ptr<DataSource>> OpenDataSource(const std::string& path,
   for (const auto& folder : {root / "mav0", root}) {
     const bool tags = options.use_detections && Exists(folder / "tags0" / "data.csv");
     if (tags || Exists(folder / "cam0" / "data.csv")) {
-      return OpenEurocSource(folder.string(), options);
+      return OpenEurocSource(folder.string(), "cam0", options);
     }
+  }
+  if (const auto camera = EurocCamera(root, options)) {
+    return OpenEurocSource(camera->parent_path().string(), camera->filename().string(), options);
   }
   if (Exists(root / "timestamps.csv")) return OpenFolderSource(path, options);
   if (Exists(root / "detections.csv")) {

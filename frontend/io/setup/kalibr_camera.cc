@@ -33,6 +33,10 @@ void ReadMount(const YamlValue& node, YamlSection* section, CameraFile* out) {
       ReadTransform(value, section, &out->cam_from_body);
       if (inverse && out->cam_from_body) out->cam_from_body = Inverse(*out->cam_from_body);
       out->mount_key = key;
+    } else if (key == "T_cn_cnm1") {
+      ReadTransform(value, section, &out->cam_from_previous);
+    } else if (key == "timeshift_cam_imu") {
+      (*section)("timeshift_cam_imu", out->imu_time_shift_s);
     } else if (key.rfind("T_", 0) == 0 || key.find("timeshift") != std::string::npos) {
       out->notes.push_back(value.file + ":" + std::to_string(value.line) + ": " + key +
                            " is not used");
@@ -103,17 +107,6 @@ void ReadLens(const KalibrModel& model, const YamlValue& place,
   section->Keep(SetLens(list != nullptr ? *list : place, {model.lens, true}, k, camera));
 }
 
-// cam0, cam1, ... of a Kalibr camchain.
-std::vector<const YamlValue*> KalibrCameras(const YamlValue& root) {
-  std::vector<const YamlValue*> out;
-  for (const auto& [key, value] : root.members) {
-    const bool is_camera = key.size() > 3 && key.compare(0, 3, "cam") == 0 &&
-                           key.find_first_not_of("0123456789", 3) == std::string::npos;
-    if (is_camera) out.push_back(&value);
-  }
-  return out;
-}
-
 // Which of the names is asked for.
 Result<size_t> Choose(const std::string& file, const std::vector<std::string>& names,
                       const std::string& name) {
@@ -123,10 +116,32 @@ Result<size_t> Choose(const std::string& file, const std::vector<std::string>& n
     known += (known.empty() ? "" : ", ") + names[i];
   }
   return Error{file + ": camera: expected one of " + known + ", got " +
-               (name.empty() ? "none" : name)};
+               (name.empty() ? "none (all: as a rig)" : name)};
+}
+
+// What ties a camera to others says nothing where it is taken alone.
+Result<CameraFile> Alone(Result<CameraFile> read, const YamlValue& node) {
+  if (!read) return read;
+  for (const char* key : {"T_cn_cnm1", "timeshift_cam_imu"}) {
+    const YamlValue* value = Member(node, key);
+    if (value == nullptr) continue;
+    read->notes.push_back(value->file + ":" + std::to_string(value->line) + ": " + key +
+                          " is not used");
+  }
+  return read;
 }
 
 }  // namespace
+
+std::vector<const YamlValue*> KalibrCameras(const YamlValue& root) {
+  std::vector<const YamlValue*> out;
+  for (const auto& [key, value] : root.members) {
+    const bool is_camera = key.size() > 3 && key.compare(0, 3, "cam") == 0 &&
+                           key.find_first_not_of("0123456789", 3) == std::string::npos;
+    if (is_camera) out.push_back(&value);
+  }
+  return out;
+}
 
 Result<CameraFile> ReadKalibrCamera(const YamlValue& node) {
   YamlSection section(node);
@@ -168,7 +183,8 @@ std::optional<Result<CameraFile>> ReadOneOfSeveral(const YamlValue& root, const 
   if (names.empty()) return std::nullopt;
   const auto chosen = Choose(root.file, names, name);
   if (!chosen) return Result<CameraFile>(chosen.error());
-  return chain.empty() ? ReadBasaltCamera(root, *chosen) : ReadKalibrCamera(*chain[*chosen]);
+  if (chain.empty()) return ReadBasaltCamera(root, *chosen);
+  return Alone(ReadKalibrCamera(*chain[*chosen]), *chain[*chosen]);
 }
 
 }  // namespace tagtwist::internal

@@ -13,11 +13,13 @@ namespace tagtwist::internal {
 /// What a calibration file says of one camera.
 struct CameraFile {
   Camera camera;
-  double line_time_s = 0;             // of a rolling shutter; only tagtwist's own files tell it
-  std::optional<double> focal_sigma;  // of both focal lengths, relative; as line_time_s
-  std::optional<Pose> cam_from_body;  // the body is the IMU
-  std::string mount_key;              // the member that the mount is from: "T_cam_imu"
-  std::vector<std::string> notes;     // transforms and offsets that are not used: a line each
+  double line_time_s = 0;                 // of a rolling shutter; only tagtwist's own files tell it
+  std::optional<double> focal_sigma;      // of both focal lengths, relative; as line_time_s
+  std::optional<Pose> cam_from_body;      // the body is the IMU
+  std::string mount_key;                  // the member that the mount is from: "T_cam_imu"
+  std::optional<Pose> cam_from_previous;  // T_cn_cnm1: from the camera before it in its file
+  std::optional<double> imu_time_shift_s;  // timeshift_cam_imu: its stamps plus this are the IMU's
+  std::vector<std::string> notes;          // transforms and offsets that are not used: a line each
 };
 
 /// A camera as ORB-SLAM (Camera.fx or Camera1.fx and their like), VINS (projection_parameters),

@@ -7,10 +7,10 @@
 
 #include "frontend/base/files/input_file.h"
 #include "frontend/io/setup/field_maps.h"
+#include "frontend/io/setup/rig/tagslam_pose.h"
 #include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
 #include "frontend/io/setup/yaml_tree.h"
-#include "frontend/types/so3.h"
 #include "frontend/types/tag_family.h"
 #include "frontend/types/tag_overlap.h"
 
@@ -67,28 +67,6 @@ Result<TagMap> ReadAprilGrid(const YamlValue& root, const std::string& family,
   return TagMap(family.empty() ? usual : family, std::move(tags));
 }
 
-// The members x, y, z of a mapping.
-Eigen::Vector3d ReadXyz(const YamlValue* node, YamlSection* parent) {
-  Eigen::Vector3d out = Eigen::Vector3d::Zero();
-  if (node == nullptr) return out;
-  YamlSection section(*node);
-  section.Require("x", &out.x());
-  section.Require("y", &out.y());
-  section.Require("z", &out.z());
-  parent->Keep(section.FirstFault());
-  return out;
-}
-
-// TagSLAM's pose: a position and a rotation vector.
-Pose ReadAxisAnglePose(const YamlValue* node, YamlSection* parent) {
-  if (node == nullptr) return Pose();
-  YamlSection section(*node);
-  const Eigen::Vector3d position = ReadXyz(section.Require(std::string("position")), &section);
-  const Eigen::Vector3d rotation = ReadXyz(section.Require(std::string("rotation")), &section);
-  parent->Keep(section.FirstFault());
-  return MakePose(ExpSo3(rotation), position);
-}
-
 // The tags of a board of a body of TagSLAM's, row by row; the board's origin is the centre of its
 // first tag, its pose, where it has one, is body to board.
 Status AddTagSlamBoard(const YamlValue& board, const Pose& world_from_body, const Limits& limits,
@@ -101,7 +79,7 @@ Status AddTagSlamBoard(const YamlValue& board, const Pose& world_from_body, cons
   section.Require("tag_spacing", &spacing);
   section.Require("tag_rows", &rows);
   section.Require("tag_columns", &columns);
-  const Pose board_from_body = ReadAxisAnglePose(section.Find("pose"), &section);
+  const Pose board_from_body = ReadTagSlamPose(section.Find("pose"), &section);
   if (Status status = section.FirstFault(); !status) return status;
   // Of all boards: a file may have many.
   const int64_t left = limits.tags - static_cast<int64_t>(tags->size());
@@ -137,7 +115,7 @@ Status ReadTagSlamBody(const YamlValue& body, const Limits& limits, std::vector<
         "a pose, got none (TagSLAM would estimate it): give it, or leave the body out "
         "and let --map_unknown_tags place its tags");
   }
-  const Pose world_from_body = ReadAxisAnglePose(section.Find("pose"), &section);
+  const Pose world_from_body = ReadTagSlamPose(section.Find("pose"), &section);
   if (list != nullptr && list->kind != YamlValue::Kind::kList) {
     section.Keep(list->Refuse("a list of tags"));
   }
@@ -154,7 +132,7 @@ Status ReadTagSlamBody(const YamlValue& body, const Limits& limits, std::vector<
     if (default_size_m) tag.size_m = *default_size_m;
     default_size_m ? of_tag("size", tag.size_m) : of_tag.Require("size", &tag.size_m);
     const YamlValue* pose = of_tag.Require(std::string("pose"));
-    tag.world_from_tag = world_from_body * ReadAxisAnglePose(pose, &of_tag);
+    tag.world_from_tag = world_from_body * ReadTagSlamPose(pose, &of_tag);
     if (Status status = of_tag.FirstFault(); !status) return status;
     tags->push_back(tag);
   }

@@ -1,8 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
+#include "estimator/online/recording_options.h"
 #include "tests/support/config_of_text.h"
 #include "tests/support/test_files.h"
 
@@ -10,6 +13,7 @@ namespace tagtwist::internal::cameras_config_test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kLens =
     "    camera: {width: 376, height: 240, fx: 311, fy: 312, cx: 201, cy: 113}\n";
@@ -61,10 +65,58 @@ TEST(CamerasSection, FaultsAreToldWithTheirLine) {
   EXPECT_THAT(FaultOfText(Two() + "    lens: 3\n"), HasSubstr("lens"));
   EXPECT_THAT(
       FaultOfText(Two() + "camera: {width: 376, height: 240, fx: 1, fy: 1, cx: 1, cy: 1}\n"),
-      HasSubstr("beside cameras"));
+      HasSubstr("beside several cameras"));
   EXPECT_THAT(FaultOfText(std::string("cameras:\n  - name: a\n") + kLens + kMount +
                           "    clock_offset_s: 3e9\n"),
               HasSubstr("from -2e9 to 2e9 s"));
+}
+
+TEST(CamerasSection, OneRecordingForTwoCamerasIsRefused) {
+  const TempFolder folder;
+  const auto config = ConfigOfText(std::string("cameras:\n  - name: left\n") + kLens + kMount +
+                                   "  - name: right\n" + kLens + kMount + "    recording: left\n");
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_THAT(OpenRecording(folder.path(), *config, {}).error().message,
+              HasSubstr("got one for left and right"));
+}
+
+TEST(CamerasSection, ARecordingOfEurocsLiesInMav0) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "mav0/right");
+  const auto config = ConfigOfText(std::string("cameras:\n  - name: right\n") + kLens + kMount);
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_THAT(OpenRecording(folder.path(), *config, {}).error().message,
+              HasSubstr("mav0/right: expected a data set"));
+  std::filesystem::create_directories(folder / "right");
+  EXPECT_THAT(OpenRecording(folder.path(), *config, {}).error().message,
+              Not(HasSubstr("mav0/right: expected")));
+}
+
+TEST(CamerasSection, SeveralOfACameraFileAreARig) {
+  const TempFolder folder;
+  const std::string lens =
+      ":\n  camera_model: pinhole\n  intrinsics: [311, 311, 187, 119]\n  distortion_model: none\n"
+      "  resolution: [376, 240]\n  T_cam_imu: [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, "
+      "0, 1]]\n";
+  WriteText(folder / "chain.yaml", "cam0" + lens + "cam1" + lens + "cam2" + lens);
+  ConfigFiles files;
+  files.camera_file = folder / "chain.yaml";
+  for (const auto& [names, count] :
+       {std::pair("all", 3U), std::pair("cam2,cam0", 2U), std::pair("cam1", 0U)}) {
+    files.camera_name = names;
+    const auto config = LoadConfig(files);
+    ASSERT_TRUE(config) << config.error().message;
+    EXPECT_EQ(config->recordings.size(), count) << names;
+    EXPECT_EQ(config->set_up.rig.cameras.back().cam_from_body.translation().x(), 0.5);
+  }
+  files.camera_name = "cam2,cam0";
+  EXPECT_EQ(LoadConfig(files)->set_up.rig.cameras.front().name, "cam2");
+  WriteText(folder / "x.yaml", kMount + 4);  // without its indentation
+  files.config = folder / "x.yaml";
+  EXPECT_THAT(LoadConfig(files).error().message, HasSubstr("beside several cameras"));
+  EXPECT_THAT(FaultOfText("cameras: {file: none.yaml, name: cam0}\n"), HasSubstr("name"));
+  EXPECT_THAT(FaultOfText("cameras: {file: none.yaml, names: []}\n"),
+              HasSubstr("expected a list of names"));
 }
 
 TEST(CamerasSection, ACameraFileBesideItIsRefused) {

@@ -168,8 +168,8 @@ TEST(CameraFile, OneOfSeveralMustBeNamed) {
   for (const std::string name : {"", "cam2"}) {
     const auto read = ReadCameraFile(path, name);
     ASSERT_FALSE(read);
-    EXPECT_EQ(read.error().message,
-              path + ": camera: expected one of cam0, cam1, got " + (name.empty() ? "none" : name));
+    EXPECT_EQ(read.error().message, path + ": camera: expected one of cam0, cam1, got " +
+                                        (name.empty() ? "none (all: as a rig)" : name));
   }
   WriteText(path, kRosCameraInfo);
   EXPECT_FALSE(ReadCameraFile(path, "cam0"));

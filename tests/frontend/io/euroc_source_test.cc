@@ -49,6 +49,31 @@ TEST_F(EurocSource, OpensTheFolderAndTheOneInside) {
   }
 }
 
+TEST_F(EurocSource, OpensEachOfItsCameras) {
+  const std::string second = folder_ / "mav0/cam1";
+  std::filesystem::create_directories(second + "/data");
+  WriteText(second + "/data.csv", "#timestamp [ns],filename\n1403636579763555530,c.png\n");
+  WriteImage(second + "/data/c.png", MakeImage(2));
+  WriteText(truth_, Truth("1403636579763555530,1,2,3,1,0,0,0,4,5,6,0,0,0\n"));
+  for (const std::string& path : {second, second + "/"}) {
+    const auto source = OpenDataSource(path, {});
+    ASSERT_TRUE(source) << source.error().message;
+    EXPECT_EQ((*source)->ground_truth().size(), 1u);
+    const auto frames = ReadAllFrames(source->get());
+    ASSERT_EQ(frames.size(), 1u);
+    EXPECT_EQ(cv::norm(frames[0].image, MakeImage(2), cv::NORM_INF), 0);
+  }
+  std::filesystem::create_directories(folder_ / "mav0/tags1");
+  WriteText(folder_ / "mav0/tags1/data.csv",
+            "#timestamp [ns],id,u1,v1,u2,v2,u3,v3,u4,v4\n"
+            "1403636579763555530,7,1,2,3,4,5,6,7,8\n");
+  DataSourceOptions options;
+  options.use_detections = true;
+  const auto source = OpenDataSource(second, options);
+  ASSERT_TRUE(source) << source.error().message;
+  EXPECT_EQ(ReadAllFrames(source->get()).at(0).detections.at(0).id, 7);
+}
+
 TEST_F(EurocSource, TakesTheRateFromTheGyroLessItsBias) {
   WriteText(imu_,
             "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"

@@ -73,6 +73,40 @@ TEST_F(RigProgram, SlowEachCamerasClockIsTakenAsTheConfigurationSays) {
   EXPECT_GT(rmse_m(EstimateRig("off")), 2 * right_m);
 }
 
+// As Kalibr writes it: the second camera goes by the first.
+TEST_F(RigProgram, ACamchainNeedsNoConfiguration) {
+  const std::string lens =
+      ":\n  camera_model: pinhole\n  intrinsics: [311, 311, 187, 119]\n  distortion_model: radtan\n"
+      "  distortion_coeffs: [-0.2, 0.05, 0, 0]\n  resolution: [376, 240]\n";
+  WriteText(Path("chain.yaml"),
+            "cam0" + lens +
+                "  T_cam_imu: [[0.70710678, -0.70710678, 0, -0.04], [-0.70710678, -0.70710678, 0, "
+                "0], [0, 0, -1, -0.03], [0, 0, 0, 1]]\ncam1" +
+                lens +
+                "  T_cn_cnm1:\n  - [1, 0, 0, -0.1]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n"
+                "  - [0, 0, 0, 1]\n");
+  WriteText(Path("mat.yaml"),
+            "tag_map: {grid: {rows: 12, columns: 9, tag_size_m: 0.152, row_gaps_m: 0.152, "
+            "column_gaps_m: 0.152}}\n");
+  const Arguments of_all = {"--camera_file", "chain.yaml", "--camera", "all", "--map", "mat.yaml"};
+  Arguments simulate = of_all;
+  simulate.insert(simulate.end(),
+                  {"--images=false", "--duration", "3", "--corner_noise_px", "0.2"});
+  Simulate("stereo", simulate);
+  Arguments arguments = of_all;
+  arguments.insert(arguments.end(), {"--dataset", "stereo", "--use_detections"});
+  const nlohmann::json summary = Estimate("results", arguments);
+  ASSERT_EQ(summary["cameras"].size(), 2U);
+  EXPECT_EQ(summary["cameras"][1]["name"], "cam1");
+  EXPECT_EQ(summary["cameras"][1]["frames"], summary["frames"]);
+  EXPECT_LT(summary["accuracy"]["optimised"]["position_rmse_m"], 0.003);
+
+  WriteText(Path("rig.yaml"), "cameras: {file: chain.yaml, names: [cam0, cam1]}\n");
+  Estimate("again", {"--dataset", "stereo", "--use_detections", "--config", "rig.yaml", "--map",
+                     "mat.yaml"});
+  EXPECT_EQ(ReadText(Path("again/states.csv")), ReadText(Path("results/states.csv")));
+}
+
 TEST_F(RigProgram, WhatIsOfOneCameraIsRefused) {
   for (const char* flag : {"--calibrate", "--map_unknown_tags", "--write_detections"}) {
     const ProgramRun run =

@@ -1,0 +1,36 @@
+#include "frontend/io/setup/rig/tagslam_pose.h"
+
+#include <Eigen/Core>
+#include <string>
+
+#include "frontend/types/so3.h"
+
+namespace tagtwist::internal {
+namespace {
+
+// The members x, y, z of a mapping.
+Eigen::Vector3d ReadXyz(const YamlValue* node, YamlSection* parent) {
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();
+  if (node == nullptr) return out;
+  YamlSection section(*node);
+  section.Require("x", &out.x());
+  section.Require("y", &out.y());
+  section.Require("z", &out.z());
+  parent->Keep(section.FirstFault());
+  return out;
+}
+
+}  // namespace
+
+Pose ReadTagSlamPose(const YamlValue* node, YamlSection* parent) {
+  if (node == nullptr) return Pose();
+  YamlSection section(*node);
+  const Eigen::Vector3d position = ReadXyz(section.Require(std::string("position")), &section);
+  const YamlValue* rotvec = section.Find("rotvec");
+  const YamlValue* rotation = rotvec != nullptr ? rotvec : section.Require(std::string("rotation"));
+  const Eigen::Vector3d vector = ReadXyz(rotation, &section);
+  parent->Keep(section.FirstFault());
+  return MakePose(ExpSo3(vector), position);
+}
+
+}  // namespace tagtwist::internal
