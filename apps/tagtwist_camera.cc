@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
 #include <string>
@@ -12,12 +13,15 @@
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
 #include "apps/support/limits_flag.h"
+#include "apps/support/port_text.h"
 #include "apps/support/usage.h"
 #include "estimator/jobs/camera/find_camera.h"
 #include "estimator/jobs/camera/guide_camera.h"
 #include "estimator/jobs/in_order.h"
 #include "estimator/live/live_feed.h"
+#include "estimator/publish/camera_page.h"
 #include "estimator/report/files/camera_found.h"
+#include "estimator/report/html/camera_report.h"
 #include "frontend/base/files/atomic_file.h"
 #include "frontend/base/files/run_files.h"
 #include "frontend/base/number_text.h"
@@ -43,6 +47,16 @@ DEFINE_string(image_size, "",
 DEFINE_string(output, "", "Camera to write (YAML), for --camera_file. Needed.");
 DEFINE_string(picture, "",
               "Picture to write (SVG): where the image saw corners, the figures, and the verdict.");
+DEFINE_string(
+    report, "",
+    "Page to write (HTML): verdict, the lens with its sigmas, where the image saw corners.");
+DEFINE_string(
+    page, "",
+    "A page that shows what to show next, on this machine alone unless --listen is given: PORT, "
+    "8765 where none is said, 0 for any that is free. A recording plays as if it were a camera.");
+DEFINE_string(listen, "",
+              "IP address to serve --page at, 0.0.0.0 for all of the machine's; who wants in needs "
+              "the token of the link that is told.");
 DEFINE_bool(accept_poor, false,
             "Writes a calibration that is not good, too, with what speaks against it.");
 
@@ -61,14 +75,17 @@ Usage CameraUsage() {
   usage.groups = {
       {"What to read",
        {"from", "topic", "use_detections", "image_size", "map", "tag_size_m", "tag_family"}},
-      {"What to write", {"output", "picture", "accept_poor"}},
-      {"Running", {"limits"}}};
+      {"What to write", {"output", "picture", "report", "accept_poor"}},
+      {"Running", {"page", "listen", "limits"}}};
+  usage.implied = {{"page", "8765"}};
   usage.examples = {
       {"A webcam, before a sheet that is tilted about before it",
        "tagtwist_camera --from sheet.mp4 --map april_6x6.yaml --output camera.yaml"},
       {"Of a sheet that nobody measured", "tagtwist_camera --from sheet.mp4 --output camera.yaml"},
       {"The same live; it says what to show next",
-       "tagtwist_camera --from camera:0 --map april_6x6.yaml --output camera.yaml"}};
+       "tagtwist_camera --from camera:0 --map april_6x6.yaml --output camera.yaml"},
+      {"The same on a page",
+       "tagtwist_camera --from camera:0 --map april_6x6.yaml --output camera.yaml --page"}};
   return usage;
 }
 
@@ -78,6 +95,7 @@ Status CheckInputsAreKept() {
   files.ReadsRecording("--from", FLAGS_from);
   if (auto checked = files.Writes("--output", FLAGS_output); !checked) return checked;
   if (auto checked = files.Writes("--picture", FLAGS_picture); !checked) return checked;
+  if (auto checked = files.Writes("--report", FLAGS_report); !checked) return checked;
   return files.WritesStandardOutput();
 }
 
@@ -109,17 +127,64 @@ CameraJob JobOfFlags(const Limits& limits) {
   return job;
 }
 
-// A live camera, or a recording.
+// A camera, or a recording.
+Result<std::unique_ptr<DataSource>> Open(const CameraJob& job) {
+  if (IsCamera(job.recording)) {
+    Camera wanted;
+    wanted.width = job.width > 0 ? job.width : 640;
+    wanted.height = job.width > 0 ? job.height : 480;
+    return OpenCameraSource(job.recording, wanted, SteadyNowNs, job.limits);
+  }
+  auto source = OpenDataSource(job.recording, {false, true, {}, job.topic, {}, job.limits});
+  if (!source) return source;
+  for (const std::string& note : (*source)->notes()) job.warn(note);
+  return source;
+}
+
+// A live camera, or, with a page, a recording as if it were one.
+Result<LensFound> FindLive(const CameraJob& job, const TagMap& map, CleanEnd* end,
+                           CameraPage* page) {
+  auto opened = Open(job);
+  if (!opened) return opened.error();
+  std::unique_ptr<DataSource> source = std::move(*opened);
+  CameraGuide guide;
+  guide.tell = [](const std::string& line) { std::cout << line << std::endl; };
+  guide.stop = end->AskFirst();
+  if (page != nullptr) {
+    guide.show = [page](const GuideView& view) { page->Show(view); };
+    LiveFeed::Options feed;  // what comes while a frame is looked at makes way for the newest
+    feed.paced = !IsCamera(job.recording);
+    feed.stop = guide.stop;
+    source = std::make_unique<LiveFeed>(std::move(source), feed);
+  }
+  return GuideCamera(job, map, source.get(), guide);
+}
+
+// Nothing where no page is asked for. Told on standard output.
+Result<std::unique_ptr<CameraPage>> OpenPage() {
+  if (FLAGS_page.empty()) return std::unique_ptr<CameraPage>();
+  CameraPage::Options options;
+  options.port = *PortOf(FLAGS_page, 0);
+  if (!FLAGS_listen.empty()) options.listen = FLAGS_listen;
+  options.recording = FLAGS_from;
+  auto page = CameraPage::Start(options);
+  if (page) std::cout << (*page)->Link() << std::endl;
+  return page;
+}
+
 Result<LensFound> Find(const TagMap& map, const Limits& limits, CleanEnd* end) {
   const CameraJob job = JobOfFlags(limits);
-  if (!IsCamera(job.recording)) return FindCamera(job, map);
-  Camera wanted;
-  wanted.width = job.width > 0 ? job.width : 640;
-  wanted.height = job.width > 0 ? job.height : 480;
-  auto camera = OpenCameraSource(job.recording, wanted, SteadyNowNs, limits);
-  if (!camera) return camera.error();
-  const auto tell = [](const std::string& line) { std::cout << line << std::endl; };
-  return GuideCamera(job, map, camera->get(), {tell, end->AskFirst()});
+  auto page = OpenPage();
+  if (!page) return page.error();
+  if (*page == nullptr && !IsCamera(job.recording)) return FindCamera(job, map);
+  auto found = FindLive(job, map, end, page->get());
+  if (*page == nullptr) return found;
+  CameraVerdictToShow verdict;
+  verdict.is_good = found && found->missing.empty();
+  verdict.text = found ? CameraVerdict(*found) : found.error().message;
+  if (found) verdict.found = std::make_shared<const LensFound>(*found);
+  (*page)->End(verdict);
+  return found;
 }
 
 // Without --map one without tags, of their family.
@@ -144,6 +209,10 @@ Status Run(const Limits& limits, CleanEnd* end) {
       return written;
     }
   }
+  if (!FLAGS_report.empty()) {
+    const std::string report = CameraReportHtml(*found, FLAGS_from);
+    if (auto written = WriteFileAtomically(FLAGS_report, report); !written) return written;
+  }
   if (!found->missing.empty() && !FLAGS_accept_poor) {
     return Error{FLAGS_from + ": the calibration is " + CameraVerdict(*found) +
                  " (--accept_poor writes it all the same)"};
@@ -163,6 +232,13 @@ std::string WrongFlags() {
   if (IsCamera(FLAGS_from) && FLAGS_use_detections) {
     return "--use_detections: a camera has no corners of its own";
   }
+  if (!FLAGS_page.empty() && !PortOf(FLAGS_page, 0)) {
+    return "--page: expected a port, 0 to 65535, got '" + FLAGS_page + "'";
+  }
+  if (!FLAGS_page.empty() && FLAGS_use_detections) {
+    return "--page: shows images, and --use_detections reads none";
+  }
+  if (!FLAGS_listen.empty() && FLAGS_page.empty()) return "--listen: needs --page";
   return "";
 }
 
@@ -173,7 +249,7 @@ int Main(int argc, char** argv, const Usage& usage) {
   if (!limits) return Fail(usage, limits.error().message, 2);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-  CleanEnd end(usage, {{FLAGS_output, FLAGS_picture}, ""});
+  CleanEnd end(usage, {{FLAGS_output, FLAGS_picture, FLAGS_report}, ""});
   const auto done = Run(*limits, &end);
   return done ? 0 : Fail(usage, done.error().message);
 }

@@ -22,6 +22,8 @@ Result<std::unique_ptr<Publisher>> OpenPublisher(const EstimateJob& job, const C
   PublishedRun run;
   run.set_up = config.set_up;
   run.dataset = job.dataset;
+  run.body = BodyNames(config).front();
+  run.others = config.bodies;
   auto publisher = Publisher::Start(job.publish, run);
   if (!publisher) return publisher;
   for (const std::string& link : (*publisher)->Links()) Messages(job) << link << "\n";
@@ -29,16 +31,16 @@ Result<std::unique_ptr<Publisher>> OpenPublisher(const EstimateJob& job, const C
   return publisher;
 }
 
-FramePtr FrameToPublish(const FrameEstimate& state, const OnlineFrame& frame) {
-  PublishedFrame out;
-  out.state = state;
-  out.tags = frame.tags;
-  out.used_tags = frame.used_tags;
-  if (!frame.reprojection_px.empty()) out.reprojection_px = Quantile(frame.reprojection_px, 0.5);
-  out.latency_ms = frame.age_ms;
-  out.frames_dropped = frame.frames_dropped;
-  out.image = frame.image;
-  return std::make_shared<const PublishedFrame>(std::move(out));
+FramePtr FrameToPublish(const OnlineFrame& frame) {
+  return std::make_shared<const PublishedFrame>(
+      PublishedFrame{frame.bodies, frame.images, frame.age_ms, frame.frames_dropped});
+}
+
+void WriteRows(const OnlineFrame& frame, const std::vector<std::string>& bodies,
+               StateStream* stream) {
+  for (size_t i = 0; i < frame.bodies.size(); ++i) {
+    stream->Write(frame.bodies[i].state, bodies[i]);
+  }
 }
 
 // What did not go out: files that were asked for fail the run, all else is told.
@@ -75,9 +77,10 @@ std::string LiveText(const LiveRun& live, size_t n_frames) {
 
 Result<RunResult> RunAndPublish(const EstimateJob& job, DataSource* source, const Config& config,
                                 const RunOptions& options, std::string* lost) {
+  const std::vector<std::string> bodies = BodyNames(config);
   std::unique_ptr<StateStream> stream;
   if (!job.stream.empty()) {
-    auto opened = StateStream::Open(job.stream);
+    auto opened = StateStream::Open(job.stream, bodies.size() > 1);
     if (!opened) return opened.error();
     stream = std::move(*opened);
   }
@@ -89,8 +92,8 @@ Result<RunResult> RunAndPublish(const EstimateJob& job, DataSource* source, cons
     const auto state = run->Next();
     if (!state) return state.error();
     if (*state == nullptr) break;
-    if (*publisher) (*publisher)->Publish(FrameToPublish(**state, run->frame()));
-    if (stream) stream->Write(**state);
+    if (*publisher) (*publisher)->Publish(FrameToPublish(run->frame()));
+    if (stream) WriteRows(run->frame(), bodies, stream.get());
   }
   auto out = run->Finish();
   std::vector<std::string> warnings;

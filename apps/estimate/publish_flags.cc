@@ -2,10 +2,9 @@
 
 #include <gflags/gflags.h>
 
-#include <optional>
 #include <sstream>
 
-#include "frontend/base/number_text.h"
+#include "apps/support/port_text.h"
 
 DEFINE_string(
     page, "",
@@ -26,8 +25,6 @@ DEFINE_string(record, "",
 namespace tagtwist::internal {
 namespace {
 
-constexpr uint16_t kUsualPort = 8765;
-
 bool TakeAfter(const std::string& prefix, const std::string& text, std::string* rest) {
   if (text.rfind(prefix, 0) != 0) return false;
   *rest = text.substr(prefix.size());
@@ -38,12 +35,6 @@ Status BadPlace(const std::string& place) {
   return Error{
       "--publish: expected udp://HOST:PORT, mcap:FILE, foxglove, csv:FILE or csv:-, got '" + place +
       "'"};
-}
-
-std::optional<uint16_t> PortOf(const std::string& text, int64_t least) {
-  const auto port = ParseInteger(text);
-  if (!port || *port < least || *port > 65535) return std::nullopt;
-  return static_cast<uint16_t>(*port);
 }
 
 Status TakePlace(const std::string& place, PublishFlags* out) {

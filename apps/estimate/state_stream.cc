@@ -37,7 +37,7 @@ ssize_t WriteWithoutSigpipe(int descriptor, std::string_view text) {
 
 }  // namespace
 
-Result<std::unique_ptr<StateStream>> StateStream::Open(const std::string& path) {
+Result<std::unique_ptr<StateStream>> StateStream::Open(const std::string& path, bool names_bodies) {
   const bool to_stdout = path == "-";
   const int descriptor = to_stdout
                              ? STDOUT_FILENO
@@ -45,22 +45,28 @@ Result<std::unique_ptr<StateStream>> StateStream::Open(const std::string& path) 
   if (descriptor < 0)
     return Error{path + ": cannot write: " + std::generic_category().message(errno)};
   std::unique_ptr<StateStream> out(
-      new StateStream(to_stdout ? "standard output" : path, descriptor));
-  out->WriteText(StatesCsvHeader());
+      new StateStream(to_stdout ? "standard output" : path, descriptor, names_bodies));
+  out->WriteRow(StatesCsvHeader(), "body");
   return out;
 }
 
-StateStream::StateStream(std::string path, int descriptor)
-    : path_(std::move(path)), descriptor_(descriptor) {}
+StateStream::StateStream(std::string path, int descriptor, bool names_bodies)
+    : path_(std::move(path)), descriptor_(descriptor), names_bodies_(names_bodies) {}
 
 StateStream::~StateStream() {
   if (descriptor_ != STDOUT_FILENO) ::close(descriptor_);
 }
 
-void StateStream::Write(const FrameEstimate& frame) {
+void StateStream::Write(const FrameEstimate& frame, const std::string& body) {
   if (!problem_.empty()) return;
-  WriteText(FormatStatesRow(frame));
+  WriteRow(FormatStatesRow(frame), body);
   if (problem_.empty()) ++rows_;
+}
+
+// `line`: with its end.
+void StateStream::WriteRow(std::string line, const std::string& body) {
+  if (names_bodies_) line.insert(line.size() - 1, "," + body);
+  WriteText(line);
 }
 
 void StateStream::WriteText(const std::string& text) {

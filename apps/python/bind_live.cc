@@ -2,50 +2,84 @@
 
 #include <atomic>
 #include <cstring>
+#include <deque>
 #include <exception>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/python/trajectory_arrays.h"
-#include "estimator/jobs/measurement_stream.h"
+#include "estimator/jobs/online_run.h"
 #include "estimator/live/live_feed.h"
-#include "estimator/online/online_estimator.h"
 #include "estimator/online/recording_options.h"
 
 namespace tagtwist::internal::python {
 namespace {
 
 Result<std::unique_ptr<DataSource>> OpenPlace(const std::string& place, const Config& config) {
-  return IsCamera(place)
-             ? OpenCameraSource(place, config.set_up.rig.front().camera, SteadyNowNs, config.limits)
-             : OpenRecording(place, config,
-                             RecordingOptions(config, /*use_detections=*/false, true));
+  if (!IsCamera(place)) {
+    return OpenRecording(place, config, RecordingOptions(config, /*use_detections=*/false, true));
+  }
+  if (!config.recordings.empty()) {
+    return Error{place +
+                 ": is one camera, and the configuration has a section cameras: name it by " +
+                 "camera and cam_from_body instead"};
+  }
+  return OpenCameraSource(place, config.set_up.rig.front().camera, SteadyNowNs, config.limits);
+}
+
+py::object ImageArray(const cv::Mat& image) {
+  if (image.empty()) return py::none();
+  py::array_t<uint8_t> out({image.rows, image.cols});
+  for (int row = 0; row < image.rows; ++row) {
+    std::memcpy(out.mutable_data(row), image.ptr(row), static_cast<size_t>(image.cols));
+  }
+  return std::move(out);
+}
+
+// Without a state NaN, in whatever the estimator left there.
+FrameEstimate WithNan(FrameEstimate state) {
+  if (state.status != FrameStatus::kNoFix) return state;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  state.state.world_from_body.params.setConstant(kNan);
+  state.state.twist.v_world.setConstant(kNan);
+  state.state.twist.omega_body.setConstant(kNan);
+  state.covariance.setConstant(kNan);
+  return state;
 }
 
 // tagtwist.Live: states as their frames come. Memory does not grow with the frames.
 class Live {
  public:
   Live(const std::string& place, const Config& config)
-      : rig_(config.set_up.rig), estimator_(TakeOrRaise(OnlineEstimator::Create(config))) {
+      : rig_(config.set_up.rig), body_names_(BodyNames(config)) {
     LiveFeed::Options options;
     options.paced = !IsCamera(place);
     options.stop = [this] { return is_closed_ || IsInterrupted(); };
     feed_ = std::make_unique<LiveFeed>(TakeOrRaise(OpenPlace(place, config)), options);
+    RunOptions run;
+    run.sliding_window = true;
+    run.keeps_states = run.progress = false;
+    run.age_ms = [this](int64_t t_ns) { return feed_->AgeMs(t_ns); };
+    run_.emplace(TakeOrRaise(OnlineRun::Create(place, feed_.get(), config, run)));
   }
 
   StateArrays Next() {
-    std::optional<Result<std::optional<FrameEstimate>>> next;
+    std::optional<Result<bool>> found;
+    SeenState next;
     {
       const py::gil_scoped_release release;
       const std::lock_guard<std::mutex> lock(mutex_);
-      next = NextLocked();
+      found = FillLocked();
+      if (*found && **found) next = TakeLocked();
     }
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-    const auto state = TakeOrRaise(std::move(*next));
-    if (!state) throw py::stop_iteration();
-    return ToState(*state);
+    if (!TakeOrRaise(std::move(*found))) throw py::stop_iteration();
+    return ToState(next.state, next.body);
   }
 
   void Run(const py::function& callback) {
@@ -63,18 +97,27 @@ class Live {
   size_t FramesDropped() const { return feed_->dropped(); }
   double LatencyMs() const { return latency_ms_; }
   py::object Image() const {
-    const py::gil_scoped_release release;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const py::gil_scoped_acquire acquire;
-    if (image_.empty()) return py::none();
-    py::array_t<uint8_t> out({image_.rows, image_.cols});
-    for (int row = 0; row < image_.rows; ++row) {
-      std::memcpy(out.mutable_data(row), image_.ptr(row), static_cast<size_t>(image_.cols));
+    for (const CameraImage& image : LastImages()) {
+      if (image.camera == 0) return ImageArray(image.image);
+    }
+    return py::none();
+  }
+  py::dict Images() const {
+    py::dict out;
+    for (const CameraImage& image : LastImages()) {
+      if (image.image.empty()) continue;
+      out[py::str(rig_.cameras.at(static_cast<size_t>(image.camera)).name)] =
+          ImageArray(image.image);
     }
     return out;
   }
 
  private:
+  struct SeenState {
+    std::string body;
+    FrameEstimate state;
+  };
+
   // Ctrl-C, asked for while a frame is waited for, without Python's lock.
   bool IsInterrupted() {
     const py::gil_scoped_acquire lock;
@@ -83,33 +126,42 @@ class Live {
     return true;
   }
 
-  Result<std::optional<FrameEstimate>> NextLocked() {
-    const auto frame = NextFrame(feed_.get(), rig_);
-    if (!frame) return frame.error();
-    if (!*frame) return std::optional<FrameEstimate>();
-    auto output = estimator_.AddImage((*frame)->t_ns, (*frame)->image);
-    if (!output) return output.error();
-    image_ = (*frame)->image;
-    latency_ms_ = feed_->AgeMs((*frame)->t_ns);
-    FrameEstimate& state = output->current;
-    if (state.status == FrameStatus::kNoFix) {
-      constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-      state.state.world_from_body.params.setConstant(kNan);
-      state.state.twist.v_world.setConstant(kNan);
-      state.state.twist.omega_body.setConstant(kNan);
-      state.covariance.setConstant(kNan);
+  // Whether there is a state to be had: of the last frame, or of the next one.
+  Result<bool> FillLocked() {
+    if (is_closed_) return false;
+    if (!waiting_.empty()) return true;
+    const auto state = run_->Next();
+    if (!state) return state.error();
+    if (*state == nullptr) return false;
+    const OnlineFrame& frame = run_->frame();
+    for (size_t i = 0; i < frame.bodies.size(); ++i) {
+      waiting_.push_back({body_names_[i], WithNan(frame.bodies[i].state)});
     }
-    return std::optional<FrameEstimate>(std::move(state));
+    images_ = frame.images;
+    latency_ms_ = frame.age_ms;
+    return true;
+  }
+  SeenState TakeLocked() {
+    SeenState out = std::move(waiting_.front());
+    waiting_.pop_front();
+    return out;
+  }
+  std::vector<CameraImage> LastImages() const {
+    const py::gil_scoped_release release;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return images_;
   }
 
-  mutable std::mutex mutex_;  // of the estimator and the image
+  mutable std::mutex mutex_;  // of the run, of what waits and of the images
   Rig rig_;
-  OnlineEstimator estimator_;
-  cv::Mat image_;
+  std::vector<std::string> body_names_;
+  std::deque<SeenState> waiting_;  // of one frame
+  std::vector<CameraImage> images_;
   std::atomic<double> latency_ms_{0};
   std::atomic<bool> is_closed_{false};
   std::exception_ptr failure_;
   std::unique_ptr<LiveFeed> feed_;
+  std::optional<OnlineRun> run_;  // of the feed
 };
 
 constexpr const char* kLiveDoc =
@@ -124,8 +176,9 @@ callback  called with each State until the end, or until it returns False; nothi
     for state in tagtwist.live("camera:0", config):
         print(state.status, state.position, state.covariance.diagonal() ** 0.5)
 
-A frame that comes while others wait may be dropped: the newest win. A frame without a state
-has status "no_fix" and NaN. Other Python threads run meanwhile; Ctrl-C ends it.)";
+Of several bodies each has a State a frame; State.body is its name. A frame that comes while
+others wait may be dropped: the newest win. A frame without a state has status "no_fix" and
+NaN. Other Python threads run meanwhile; Ctrl-C ends it.)";
 
 }  // namespace
 
@@ -136,8 +189,11 @@ void BindLive(py::module_& module) {
       .def("close", &Live::Close, "Ends it: the next state is not waited for.")
       .def("__enter__", [](Live& self) -> Live& { return self; })
       .def("__exit__", [](Live& self, const py::args&) { self.Close(); })
-      .def_property_readonly("image", &Live::Image,
-                             "uint8 (H, W), a copy of the last state's image, or None")
+      .def_property_readonly(
+          "image", &Live::Image,
+          "uint8 (H, W), a copy of the last frame's image by the first camera, or None")
+      .def_property_readonly("images", &Live::Images,
+                             "of the last frame, by the camera's name: uint8 (H, W), copies")
       .def_property_readonly("frames_dropped", &Live::FramesDropped,
                              "frames that came while others waited, so far")
       .def_property_readonly("latency_ms", &Live::LatencyMs,

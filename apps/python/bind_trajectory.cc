@@ -71,6 +71,7 @@ void BindState(py::module_& module) {
       .def_readonly("covariance", &StateArrays::covariance, "(12, 12), see Trajectory")
       .def_readonly("n_tags", &StateArrays::n_tags, "tags used")
       .def_readonly("n_tracks", &StateArrays::n_tracks, "points followed")
+      .def_readonly("body", &StateArrays::body, "its name: \"body\" where it has no other")
       .def("__repr__", [](const StateArrays& state) {
         return "<tagtwist.State: " + std::to_string(state.t_ns) + " ns, " + state.status + ">";
       });

@@ -103,7 +103,7 @@ StatesArrays ToStates(const std::vector<FrameEstimate>& frames) {
   return out;
 }
 
-StateArrays ToState(const FrameEstimate& frame) {
+StateArrays ToState(const FrameEstimate& frame, const std::string& body) {
   const Pose& pose = frame.state.world_from_body;
   return {frame.t_ns,
           ToString(frame.status),
@@ -113,7 +113,8 @@ StateArrays ToState(const FrameEstimate& frame) {
           FromMatrix(frame.state.twist.omega_body),
           FromMatrix(frame.covariance),
           frame.n_tags,
-          frame.n_tracks};
+          frame.n_tracks,
+          body};
 }
 
 TrajectoryArrays ToTrajectory(const std::vector<TruthSample>& truth) {

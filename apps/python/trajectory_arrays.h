@@ -29,16 +29,17 @@ struct StatesArrays : TrajectoryArrays {
   TrajectoryArrays closed_form;  // the same N frames
 };
 
-/// tagtwist.State: one frame.
+/// tagtwist.State: one frame of a body.
 struct StateArrays {
   int64_t t_ns = 0;
   std::string status;
   Array position, quaternion, linear_velocity, angular_velocity, covariance;
   int n_tags = 0, n_tracks = 0;
+  std::string body = "body";
 };
 
 StatesArrays ToStates(const std::vector<FrameEstimate>& frames);
-StateArrays ToState(const FrameEstimate& frame);
+StateArrays ToState(const FrameEstimate& frame, const std::string& body = "body");
 TrajectoryArrays ToTrajectory(const std::vector<TruthSample>& truth);
 
 /// The rows that have a pose, with what else is known there.

@@ -33,6 +33,7 @@ void Merge(const MeasuredFrame& other, MeasuredFrame* frame) {
     Merge(other.of_others[i], &frame->of_others[i]);
   }
   if (frame->image_problem.empty()) frame->image_problem = other.image_problem;
+  frame->images.insert(frame->images.end(), other.images.begin(), other.images.end());
   frame->detect_ms += other.detect_ms;
   frame->track_ms += other.track_ms;
   frame->seed_ms += other.seed_ms;
@@ -255,7 +256,7 @@ MeasuredFrame MeasurementStream::Measure(SearchedFrame* searched) {
   const auto camera = static_cast<size_t>(frame.camera);
   MeasuredFrame out;
   out.detect_ms = searched->detect_ms;
-  if (frame.camera == 0) out.image = frame.image;
+  out.images.push_back({frame.camera, frame.image});
   if (!frame.image_problem.empty()) out.image_problem = frame.name + ": " + frame.image_problem;
   OnlineOptions options;
   if (deadline_ != nullptr) options.detection_time_up = deadline_->ForDetection();

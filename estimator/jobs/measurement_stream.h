@@ -22,13 +22,19 @@
 
 namespace tagtwist::internal {
 
+/// What one camera of the rig saw.
+struct CameraImage {
+  int camera = 0;
+  cv::Mat image;  // 8-bit gray; empty: none was read
+};
+
 /// One frame of a recording, measured, and what it took.
 struct MeasuredFrame {
   FrameMeasurements measurements;
   std::vector<FrameMeasurements> of_others = {};  // of Config::bodies
   std::string image_problem;  // "path: cannot decode"; empty when the image is fine or not needed
   double detect_ms = 0, track_ms = 0, seed_ms = 0;
-  cv::Mat image;  // 8-bit gray; empty: none was read
+  std::vector<CameraImage> images = {};  // of the cameras that took it, ascending
 };
 
 /// One frame of a recording, and the tags that were found in it.

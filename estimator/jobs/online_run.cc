@@ -11,7 +11,6 @@
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/online_estimator.h"
 #include "estimator/result/body_in_world.h"
-#include "estimator/rig/rig_tags.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -29,6 +28,10 @@ void KeepOutput(WindowOutput output, Estimate* estimate) {
                                    output.reprojection_px.end());
 }
 
+SeenBody SeenOf(const FrameMeasurements& measured, const WindowOutput& output) {
+  return {output.current, measured.tags, output.used_tags, output.reprojection_px};
+}
+
 // What a window says when it is at its end.
 void KeepEnd(OnlineEstimator* estimator, Estimate* estimate) {
   for (FrameEstimate& frame : estimator->Finish()) estimate->lagged.push_back(std::move(frame));
@@ -40,6 +43,12 @@ void KeepEnd(OnlineEstimator* estimator, Estimate* estimate) {
 }
 
 }  // namespace
+
+std::vector<std::string> BodyNames(const Config& config) {
+  std::vector<std::string> out = {config.body.empty() ? "body" : config.body};
+  for (const TaggedBody& other : config.bodies) out.push_back(other.name);
+  return out;
+}
 
 // It stays where it is: the estimator's options refer to it.
 struct OnlineRun::Impl {
@@ -61,6 +70,7 @@ struct OnlineRun::Impl {
   void TakeTime(FrameStage stage);
   Result<std::optional<WindowOutput>> NextOfImage();
   Result<std::optional<WindowOutput>> NextOfStream();
+  void Forget();
   void Keep(WindowOutput output);
   Status AddToOthers(std::vector<FrameMeasurements> measurements);
 
@@ -97,6 +107,7 @@ Status OnlineRun::Impl::MakeEstimator() {
   if (!made) return made.error();
   estimator.emplace(std::move(*made));
   const auto set_ups = config.SetUps();
+  frame.bodies.resize(set_ups.size());
   for (size_t i = 1; i < set_ups.size(); ++i) {
     Config of_body = config;
     of_body.set_up = set_ups[i];
@@ -140,7 +151,7 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
   auto output = estimator->AddImage((*taken)->t_ns, (*taken)->image);
   if (options.on_measurements) options.on_measurements(estimator->measurements());
   if (!output) return walk.OfFrame(output.error());
-  frame.image = (*taken)->image;
+  frame.images = {{0, (*taken)->image}};
   const std::string& problem = (*taken)->image_problem;
   walk.Add(problem.empty() ? problem : (*taken)->name + ": " + problem,
            !estimator->measurements().tags.empty());
@@ -159,7 +170,7 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfStream() {
   if (const auto added = AddToOthers(std::move((*taken)->of_others)); !added) {
     return walk.OfFrame(added.error());
   }
-  frame.image = (*taken)->image;
+  frame.images = std::move((*taken)->images);
   walk.Add((*taken)->image_problem, !estimator->measurements().tags.empty());
   return std::optional<WindowOutput>(std::move(*output));
 }
@@ -168,9 +179,23 @@ Status OnlineRun::Impl::AddToOthers(std::vector<FrameMeasurements> measurements)
   for (size_t i = 0; i < of_others.size(); ++i) {
     auto output = of_others[i].AddMeasurements(std::move(measurements[i]));
     if (!output) return Error{out.of_others[i].name + ": " + output.error().message};
+    frame.bodies[i + 1] = SeenOf(of_others[i].measurements(), *output);
     KeepOutput(std::move(*output), &out.of_others[i].estimate);
   }
   return Ok();
+}
+
+// What went before.
+void OnlineRun::Impl::Forget() {
+  out.facts.times = StageTimes();
+  if (out.facts.live) out.facts.live->latency_ms.clear();
+  const auto forget = [](Estimate* estimate) {
+    estimate->frames.clear();
+    estimate->lagged.clear();
+    estimate->reprojection_px.clear();
+  };
+  forget(&out.estimate);
+  for (BodyEstimate& other : out.of_others) forget(&other.estimate);
 }
 
 void OnlineRun::Impl::Keep(WindowOutput output) {
@@ -181,9 +206,12 @@ void OnlineRun::Impl::Keep(WindowOutput output) {
     if (options.frames_dropped) frame.frames_dropped = options.frames_dropped();
     out.facts.live->frames_dropped = frame.frames_dropped;
   }
-  frame.tags = TagsOfCamera(estimator->measurements().tags, 0);  // whose image is shown
-  frame.used_tags = std::move(output.used_tags);
-  frame.reprojection_px = output.reprojection_px;
+  frame.bodies.front() = SeenOf(estimator->measurements(), output);
+  if (config.set_up.rig.mounted_on == MountedOn::kBody) {
+    for (size_t i = 1; i < frame.bodies.size(); ++i) {
+      frame.bodies[i].state = BodyInWorld(output.current, frame.bodies[i].state);
+    }
+  }
   KeepOutput(std::move(output), &estimate);
 }
 
@@ -202,6 +230,7 @@ OnlineRun::~OnlineRun() = default;
 Result<const FrameEstimate*> OnlineRun::Next() {
   const FrameEstimate* const end = nullptr;
   if (!impl_->walk.HasRoom()) return end;
+  if (!impl_->options.keeps_states) impl_->Forget();
   auto output = impl_->stream ? impl_->NextOfStream() : impl_->NextOfImage();
   if (!output) return output.error();
   if (!*output) return end;

@@ -1,28 +1,29 @@
 #pragma once
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
+#include "estimator/jobs/measurement_stream.h"
 #include "estimator/jobs/run_options.h"
 #include "estimator/jobs/run_result.h"
 #include "estimator/online/config.h"
 #include "estimator/result/estimate.h"
+#include "estimator/result/seen_body.h"
 #include "frontend/base/result.h"
 #include "frontend/io/recordings/data_source.h"
-#include "frontend/types/measurements.h"
 
 namespace tagtwist::internal {
 
-/// What a state was made from.
+/// All that is known of a frame.
 struct OnlineFrame {
-  cv::Mat image;                        // 8-bit gray; empty: none was read
-  std::vector<TagDetection> tags;       // as they were seen
-  std::vector<int> used_tags;           // ids of those that the state was made with
-  std::vector<double> reprojection_px;  // distances of their corners from where the state has them
-  double age_ms = 0;                    // of the frame when its state was known, where it is live
-  size_t frames_dropped = 0;            // until then, where it is live
+  std::vector<CameraImage> images;  // of the cameras that took it, ascending
+  std::vector<SeenBody> bodies;     // set_up's, then Config::bodies
+  double age_ms = 0;                // of the frame when its state was known, where it is live
+  size_t frames_dropped = 0;        // until then, where it is live
 };
+
+/// Names of OnlineFrame::bodies; "body" where the configuration has none.
+std::vector<std::string> BodyNames(const Config& config);
 
 /// OnlineEstimator over a recording, state by state: ask for one after the other, then for the
 /// whole run. With full detection and several threads, images are searched ahead.
@@ -37,9 +38,10 @@ class OnlineRun {
 
   /// The next frame's state as soon as it is known, until the next call; nullptr at the end.
   Result<const FrameEstimate*> Next();
-  /// What that state was made from, until the next call.
+  /// That state, those of other bodies, and what they were made from, until the next call.
   const OnlineFrame& frame() const;
-  /// All of the run, after the end. An error when no frame has a usable tag.
+  /// All of the run, after the end. An error when no frame has a usable tag. Without
+  /// RunOptions::keeps_states it is not to be asked for.
   Result<RunResult> Finish();
 
  private:

@@ -29,6 +29,8 @@ struct RunOptions {
   std::function<double(int64_t t_ns)> age_ms;
   /// Live: how many frames were dropped so far.
   std::function<size_t()> frames_dropped;
+  /// Window, state by state: false for a run without an end, whose memory does not grow.
+  bool keeps_states = true;
   int threads = 1;       // >= 1; the result does not depend on it
   bool progress = true;  // a bar on standard error, where that is a terminal
 };

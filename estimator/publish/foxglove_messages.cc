@@ -118,22 +118,29 @@ std::string PoseJson(const PublishedRun& run, const FrameEstimate& state) {
   return json.Close('}').text();
 }
 
-std::string TransformsJson(const PublishedRun& run, const FrameEstimate& state) {
-  const RigCamera& camera = run.set_up.rig.front();
+bool HasState(const SeenBody& body) { return body.state.status != FrameStatus::kNoFix; }
+
+std::string TransformsJson(const PublishedRun& run, const PublishedFrame& frame) {
   JsonText json;
   json.Open('{').Key("transforms").Open('[');
-  AppendTransform(state.t_ns, run.world, run.body, state.state.world_from_body, &json);
-  const bool on_body = run.set_up.rig.mounted_on == MountedOn::kBody;
-  AppendTransform(state.t_ns, on_body ? run.body : run.world, camera.name,
-                  Inverse(camera.cam_from_body), &json);
+  for (size_t i = 0; i < frame.bodies.size(); ++i) {
+    if (!HasState(frame.bodies[i])) continue;
+    AppendTransform(frame.t_ns(), run.world, run.BodyName(i),
+                    frame.bodies[i].state.state.world_from_body, &json);
+  }
+  const Rig& rig = run.set_up.rig;
+  for (const RigCamera& camera : rig.cameras) {
+    AppendTransform(frame.t_ns(), rig.mounted_on == MountedOn::kBody ? run.body : run.world,
+                    camera.name, Inverse(camera.cam_from_body), &json);
+  }
   return json.Close(']').Close('}').text();
 }
 
-std::string TwistJson(const PublishedRun& run, const FrameEstimate& state) {
+std::string TwistJson(const PublishedRun& run, size_t body, const FrameEstimate& state) {
   JsonText json;
   json.Open('{').Key("timestamp");
   AppendStamp(state.t_ns, &json);
-  json.Key("linear_frame_id").String(run.world).Key("angular_frame_id").String(run.body);
+  json.Key("linear_frame_id").String(run.world).Key("angular_frame_id").String(run.BodyName(body));
   json.Key("linear");
   AppendVector(state.state.twist.v_world, &json);
   json.Key("angular");
@@ -141,58 +148,92 @@ std::string TwistJson(const PublishedRun& run, const FrameEstimate& state) {
   return json.Close('}').text();
 }
 
-}  // namespace
-
-std::vector<FoxgloveChannel> FoxgloveChannels(const PublishedRun& run) {
-  const std::string of_body = "/tagtwist/" + run.body;
-  const std::string of_camera = of_body + "/" + run.set_up.rig.front().name;
-  return {{kState, of_body + "/state", "tagtwist.State", StateSchema()},
-          {kPose, of_body + "/pose", "foxglove.PoseInFrame", kPoseSchema},
-          {kTransforms, "/tf", "foxglove.FrameTransforms", kTransformsSchema},
-          {kTwist, of_body + "/twist", "tagtwist.Twist", kTwistSchema},
-          {kImage, of_camera + "/image", "foxglove.CompressedImage", kImageSchema},
-          {kMap, "/tagtwist/map", "foxglove.SceneUpdate", kSceneSchema}};
+void AppendEntity(int64_t t_ns, const std::string& frame_id, const std::string& id,
+                  const TagMap& map, JsonText* json) {
+  json->Open('{').Key("timestamp");
+  AppendStamp(t_ns, json);
+  json->Key("frame_id").String(frame_id).Key("id").String(id).Key("lifetime");
+  AppendStamp(0, json);
+  json->Key("frame_locked").Truth(true);
+  for (const char* key :
+       {"metadata", "arrows", "cubes", "spheres", "cylinders", "triangles", "models"}) {
+    json->Key(key).Open('[').Close(']');
+  }
+  json->Key("lines").Open('[');
+  AppendOutlines(map, json);
+  json->Close(']').Key("texts").Open('[');
+  AppendIds(map, json);
+  json->Close(']').Close('}');
 }
 
-std::vector<FoxgloveMessage> NumberMessages(const PublishedRun& run, const PublishedFrame& frame,
-                                            const std::string& state_json) {
-  const FrameEstimate& state = frame.state;
-  std::vector<FoxgloveMessage> out = {{kState, state.t_ns, state_json}};
-  if (state.status == FrameStatus::kNoFix) return out;
-  out.push_back({kPose, state.t_ns, PoseJson(run, state)});
-  out.push_back({kTransforms, state.t_ns, TransformsJson(run, state)});
-  out.push_back({kTwist, state.t_ns, TwistJson(run, state)});
+}  // namespace
+
+uint32_t ChannelOf(size_t body, OfBody what) {
+  return static_cast<uint32_t>(kMap + 1 + 3 * body) + static_cast<uint32_t>(what);
+}
+
+uint32_t ImageChannel(const PublishedRun& run, size_t camera) {
+  return ChannelOf(run.n_bodies(), OfBody::kState) + static_cast<uint32_t>(camera);
+}
+
+std::vector<FoxgloveChannel> FoxgloveChannels(const PublishedRun& run) {
+  const std::string all = "/tagtwist/";
+  std::vector<FoxgloveChannel> out = {
+      {kTransforms, "/tf", "foxglove.FrameTransforms", kTransformsSchema},
+      {kMap, all + "map", "foxglove.SceneUpdate", kSceneSchema, true}};
+  for (size_t i = 0; i < run.n_bodies(); ++i) {
+    const std::string topic = all + run.BodyName(i);
+    out.push_back(
+        {ChannelOf(i, OfBody::kState), topic + "/state", "tagtwist.State", StateSchema()});
+    out.push_back(
+        {ChannelOf(i, OfBody::kPose), topic + "/pose", "foxglove.PoseInFrame", kPoseSchema});
+    out.push_back({ChannelOf(i, OfBody::kTwist), topic + "/twist", "tagtwist.Twist", kTwistSchema});
+  }
+  const Rig& rig = run.set_up.rig;
+  const std::string of = rig.mounted_on == MountedOn::kBody ? all + run.body + "/" : all;
+  for (size_t i = 0; i < rig.cameras.size(); ++i) {
+    out.push_back({ImageChannel(run, i), of + rig.cameras[i].name + "/image",
+                   "foxglove.CompressedImage", kImageSchema, true});
+  }
   return out;
 }
 
-FoxgloveMessage ImageMessage(const PublishedRun& run, int64_t t_ns, std::string_view jpeg) {
+std::vector<FoxgloveMessage> NumberMessages(const PublishedRun& run, const PublishedFrame& frame,
+                                            const std::vector<std::string>& state_jsons) {
+  std::vector<FoxgloveMessage> out;
+  bool any = false;
+  for (size_t i = 0; i < frame.bodies.size(); ++i) {
+    const FrameEstimate& state = frame.bodies[i].state;
+    out.push_back({ChannelOf(i, OfBody::kState), state.t_ns, state_jsons[i]});
+    if (!HasState(frame.bodies[i])) continue;
+    any = true;
+    out.push_back({ChannelOf(i, OfBody::kPose), state.t_ns, PoseJson(run, state)});
+    out.push_back({ChannelOf(i, OfBody::kTwist), state.t_ns, TwistJson(run, i, state)});
+  }
+  if (any) out.push_back({kTransforms, frame.t_ns(), TransformsJson(run, frame)});
+  return out;
+}
+
+FoxgloveMessage ImageMessage(const PublishedRun& run, size_t camera, int64_t t_ns,
+                             std::string_view jpeg) {
   JsonText json;
   json.Open('{').Key("timestamp");
   AppendStamp(t_ns, &json);
-  json.Key("frame_id").String(run.set_up.rig.front().name).Key("format").String("jpeg");
+  json.Key("frame_id").String(run.set_up.rig.cameras.at(camera).name);
+  json.Key("format").String("jpeg");
   json.Key("data").Raw('"' + Base64(jpeg) + '"');
-  return {kImage, t_ns, json.Close('}').text()};
+  return {ImageChannel(run, camera), t_ns, json.Close('}').text()};
 }
 
 FoxgloveMessage MapMessage(const PublishedRun& run, int64_t t_ns) {
   JsonText json;
-  json.Open('{').Key("deletions").Open('[').Close(']').Key("entities").Open('[').Open('{');
-  json.Key("timestamp");
-  AppendStamp(t_ns, &json);
-  const bool stands = run.set_up.rig.mounted_on == MountedOn::kBody;
-  json.Key("frame_id").String(stands ? run.world : run.body).Key("id").String("map");
-  json.Key("lifetime");
-  AppendStamp(0, &json);
-  json.Key("frame_locked").Truth(true);
-  for (const char* key :
-       {"metadata", "arrows", "cubes", "spheres", "cylinders", "triangles", "models"}) {
-    json.Key(key).Open('[').Close(']');
+  json.Open('{').Key("deletions").Open('[').Close(']').Key("entities").Open('[');
+  for (size_t i = 0; i < run.n_bodies(); ++i) {
+    const bool moves = run.TagsMove(i);
+    AppendEntity(t_ns, moves ? run.BodyName(i) : run.world, i == 0 ? "map" : run.BodyName(i),
+                 run.SetUpOf(i).map, &json);
   }
-  json.Key("lines").Open('[');
-  AppendOutlines(run.set_up.map, &json);
-  json.Close(']').Key("texts").Open('[');
-  AppendIds(run.set_up.map, &json);
-  return {kMap, t_ns, json.Close(']').Close('}').Close(']').Close('}').text()};
+  return {kMap, t_ns, json.Close(']').Close('}').text()};
 }
 
 std::string Base64(std::string_view bytes) {

@@ -18,20 +18,16 @@ std::string Percent(double share) { return Format("%.0f %%", 100 * share); }
 
 }  // namespace
 
-void LiveVerdict::Add(const PublishedFrame& frame, const PictureNumbers& numbers) {
-  const FrameEstimate& state = frame.state;
-  Entry entry{state.t_ns,
-              state.status,
-              static_cast<int>(frame.tags.size()),
-              frame.latency_ms,
-              frame.reprojection_px,
-              frame.frames_dropped,
-              {}};
+void LiveVerdict::Add(const PublishedFrame& frame, size_t body, const PictureNumbers& numbers) {
+  const SeenBody& seen = frame.bodies[body];
+  const FrameEstimate& state = seen.state;
+  Entry entry{state.t_ns,       state.status,         static_cast<int>(seen.tags.size()),
+              frame.latency_ms, frame.frames_dropped, {}};
   if (state.status != FrameStatus::kNoFix) {
-    for (const TagDetection& tag : frame.tags) {
-      const bool is_used = IsUsed(frame, tag.id);
+    for (const TagDetection& tag : seen.tags) {
+      const bool is_used = IsUsed(seen, tag.id);
       entry.tags.emplace_back(tag.id, is_used);
-      if (!is_used) why_[tag.id] = numbers.WhySetAside(frame, tag);
+      if (!is_used) why_[tag.id] = numbers.WhySetAside(frame, body, tag);
     }
   }
   entries_.push_back(std::move(entry));
@@ -103,19 +99,43 @@ double LiveVerdict::RateHz() const {
   return span_s > 0 ? static_cast<double>(entries_.size() - 1) / span_s : 0;
 }
 
-std::string FactsJson(const LiveVerdict& verdict, const PublishedFrame& last,
-                      const std::string& recording_json) {
+LiveVerdicts::LiveVerdicts(const PublishedRun& run) : verdicts_(run.n_bodies()) {
+  for (size_t i = 0; i < run.n_bodies(); ++i) names_.push_back(run.BodyName(i));
+}
+
+void LiveVerdicts::Add(const PublishedFrame& frame, const PictureNumbers& numbers) {
+  for (size_t i = 0; i < verdicts_.size(); ++i) verdicts_[i].Add(frame, i, numbers);
+}
+
+std::string LiveVerdicts::Text() const {
+  if (verdicts_.size() == 1) return verdicts_.front().Text();
+  std::string out;
+  for (size_t i = 0; i < verdicts_.size(); ++i) {
+    out += (i == 0 ? "" : " ") + names_[i] + ": " + verdicts_[i].Text();
+  }
+  return out;
+}
+
+std::string LiveVerdicts::FactsJson(const PublishedFrame& last,
+                                    const std::string& recording_json) const {
+  const LiveVerdict& first = verdicts_.front();
   JsonText json;
-  json.Open('{').Key("type").String("facts").Key("t").Raw(FormatSeconds(last.state.t_ns));
-  json.Key("status").String(ToString(last.state.status)).Key("verdict").String(verdict.Text());
-  json.Key("rate_hz").Number(verdict.RateHz(), 4);
-  json.Key("latency_ms").Open('{').Key("p50").Number(verdict.LatencyMs(0.5), 4);
-  json.Key("p99").Number(verdict.LatencyMs(0.99), 4).Close('}');
+  json.Open('{').Key("type").String("facts").Key("t").Raw(FormatSeconds(last.t_ns()));
+  json.Key("status").Open('{');
+  for (size_t i = 0; i < names_.size(); ++i) {
+    json.Key(names_[i]).String(ToString(last.bodies[i].state.status));
+  }
+  json.Close('}').Key("verdict").String(Text());
+  json.Key("rate_hz").Number(first.RateHz(), 4);
+  json.Key("latency_ms").Open('{').Key("p50").Number(first.LatencyMs(0.5), 4);
+  json.Key("p99").Number(first.LatencyMs(0.99), 4).Close('}');
   json.Key("frames_dropped").Integer(static_cast<int64_t>(last.frames_dropped));
   json.Key("set_aside").Open('[');
-  for (const SetAside& tag : verdict.Aside()) {
-    json.Open('{').Key("id").Integer(tag.id).Key("why").String(tag.why);
-    json.Key("share").Number(tag.share, 3).Close('}');
+  for (const LiveVerdict& verdict : verdicts_) {
+    for (const SetAside& tag : verdict.Aside()) {
+      json.Open('{').Key("id").Integer(tag.id).Key("why").String(tag.why);
+      json.Key("share").Number(tag.share, 3).Close('}');
+    }
   }
   return json.Close(']').Key("recording").Raw(recording_json).Close('}').text();
 }

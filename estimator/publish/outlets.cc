@@ -1,5 +1,6 @@
 #include "estimator/publish/outlets.h"
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
@@ -8,6 +9,7 @@
 #include "estimator/publish/foxglove_messages.h"
 #include "estimator/publish/json_text.h"
 #include "estimator/publish/state_json.h"
+#include "frontend/base/files/plain_name.h"
 #include "frontend/io/images/lossless_video.h"
 
 namespace tagtwist::internal {
@@ -52,14 +54,17 @@ class McapOutlet : public Outlet {
  private:
   void Write(const PublishedFrame& frame) {
     if (!std::exchange(has_map_, true)) {
-      problem_.Take(writer_->Write(MapMessage(run_, frame.state.t_ns)));
+      problem_.Take(writer_->Write(MapMessage(run_, frame.t_ns())));
     }
-    for (const FoxgloveMessage& message : NumberMessages(run_, frame, StateJson(run_, frame))) {
+    for (const FoxgloveMessage& message : NumberMessages(run_, frame, StateJsons(run_, frame))) {
       problem_.Take(writer_->Write(message));
     }
-    const std::string jpeg = EncodeJpeg(frame.image);
-    if (jpeg.empty()) return;
-    problem_.Take(writer_->Write(ImageMessage(run_, frame.state.t_ns, jpeg)));
+    for (const CameraImage& image : frame.images) {
+      const std::string jpeg = EncodeJpeg(image.image);
+      if (jpeg.empty()) continue;
+      const auto camera = static_cast<size_t>(image.camera);
+      problem_.Take(writer_->Write(ImageMessage(run_, camera, frame.t_ns(), jpeg)));
+    }
   }
 
   PublishedRun run_;
@@ -71,7 +76,7 @@ class McapOutlet : public Outlet {
 
 // What a recording goes to.
 struct Recorder {
-  std::function<Status(int64_t t_ns, const cv::Mat& gray)> add;
+  std::function<Status(const PublishedFrame& frame)> add;
   std::function<Status()> finish;
 };
 
@@ -83,7 +88,7 @@ class RecorderOutlet : public RecordingOutlet {
         worker_(
             kMostUnwritten, waits,
             [this](const FramePtr& frame) {
-              const Status added = recorder_.add(frame->state.t_ns, frame->image);
+              const Status added = recorder_.add(*frame);
               problem_.Take(added);
               if (added) ++frames_;
             },
@@ -116,22 +121,60 @@ class RecorderOutlet : public RecordingOutlet {
   Worker<FramePtr> worker_;  // last member: it uses the others
 };
 
+cv::Mat OnlyImage(const PublishedFrame& frame) {
+  return frame.images.empty() ? cv::Mat() : frame.images.front().image;
+}
+
+// A folder in it for each camera, called after it, with the stamps of the camera's own clock: what
+// `cameras` of the configuration reads by default.
+Result<Recorder> OpenRigRecorder(const std::string& place, const Rig& rig) {
+  std::vector<std::shared_ptr<ImageRecorder>> folders;
+  std::vector<int64_t> offsets_ns;
+  for (const RigCamera& camera : rig.cameras) {
+    if (!IsPlainName(camera.name)) {
+      return Error{"--record: a folder cannot be called after the camera '" + camera.name +
+                   "': expected letters, digits, - and _"};
+    }
+    auto opened = ImageRecorder::Create(place + "/" + camera.name);
+    if (!opened) return opened.error();
+    folders.push_back(std::move(*opened));
+    offsets_ns.push_back(static_cast<int64_t>(std::llround(1e9 * camera.clock_offset_s)));
+  }
+  return Recorder{[folders, offsets_ns](const PublishedFrame& frame) {
+                    for (const CameraImage& image : frame.images) {
+                      const auto i = static_cast<size_t>(image.camera);
+                      const Status added =
+                          folders.at(i)->Add(frame.t_ns() - offsets_ns[i], image.image);
+                      if (!added) return added;
+                    }
+                    return Ok();
+                  },
+                  [] { return Ok(); }};
+}
+
 // A frame without an image is a row of the folder's table, and nothing in a video.
-Result<Recorder> OpenRecorder(const std::string& place) {
-  if (std::filesystem::path(place).extension() == ".mkv") {
+Result<Recorder> OpenRecorder(const std::string& place, const Rig& rig) {
+  const bool is_video = std::filesystem::path(place).extension() == ".mkv";
+  if (rig.IsOfSeveral() && is_video) {
+    return Error{place + ": a video is of one camera, and here are several: --record FOLDER"};
+  }
+  if (rig.IsOfSeveral()) return OpenRigRecorder(place, rig);
+  if (is_video) {
     auto opened = LosslessVideo::Create(place);
     if (!opened) return opened.error();
     const std::shared_ptr<LosslessVideo> video = std::move(*opened);
-    return Recorder{[video](int64_t t_ns, const cv::Mat& gray) {
-                      return gray.empty() ? Ok() : video->Add(t_ns, gray);
+    return Recorder{[video](const PublishedFrame& frame) {
+                      const cv::Mat gray = OnlyImage(frame);
+                      return gray.empty() ? Ok() : video->Add(frame.t_ns(), gray);
                     },
                     [video] { return video->Finish(); }};
   }
   auto opened = ImageRecorder::Create(place);
   if (!opened) return opened.error();
   const std::shared_ptr<ImageRecorder> folder = std::move(*opened);
-  return Recorder{[folder](int64_t t_ns, const cv::Mat& gray) { return folder->Add(t_ns, gray); },
-                  [] { return Ok(); }};
+  return Recorder{
+      [folder](const PublishedFrame& frame) { return folder->Add(frame.t_ns(), OnlyImage(frame)); },
+      [] { return Ok(); }};
 }
 
 }  // namespace
@@ -143,8 +186,9 @@ Result<std::unique_ptr<Outlet>> OpenMcapOutlet(const std::string& path, const Pu
   return std::unique_ptr<Outlet>(std::make_unique<McapOutlet>(std::move(*writer), run, waits));
 }
 
-Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& place, bool waits) {
-  auto recorder = OpenRecorder(place);
+Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& place, const Rig& rig,
+                                                       bool waits) {
+  auto recorder = OpenRecorder(place, rig);
   if (!recorder) return recorder.error();
   return std::unique_ptr<RecordingOutlet>(
       std::make_unique<RecorderOutlet>(place, std::move(*recorder), waits));

@@ -33,8 +33,10 @@ class RecordingOutlet : public Outlet {
   /// {"on": ..., "frames": ..., "dropped": ..., "folder": ..., "problem": ...}.
   virtual std::string Json() const = 0;
 };
-/// A video (lossless_video.h) where the place ends in .mkv, else a folder (image_recorder.h).
-Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& place, bool waits);
+/// A video (lossless_video.h) where the place ends in .mkv, else a folder (image_recorder.h), of
+/// several cameras one with a folder for each.
+Result<std::unique_ptr<RecordingOutlet>> OpenRecording(const std::string& place, const Rig& rig,
+                                                       bool waits);
 
 /// JPEG of an 8-bit gray image; empty where it cannot be.
 std::string EncodeJpeg(const cv::Mat& gray);

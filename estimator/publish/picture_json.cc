@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/publish/json_text.h"
 #include "estimator/result/tag_audit.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/number_text.h"
@@ -56,56 +55,89 @@ std::vector<double> Corners(const TagDetection& tag) {
 
 }  // namespace
 
-bool IsUsed(const PublishedFrame& frame, int id) {
-  return std::find(frame.used_tags.begin(), frame.used_tags.end(), id) != frame.used_tags.end();
+bool IsUsed(const SeenBody& body, int id) {
+  return std::find(body.used_tags.begin(), body.used_tags.end(), id) != body.used_tags.end();
 }
 
-PictureNumbers::PictureNumbers(const PublishedRun& run)
-    : setup_(MakeEstimatorSetup(run.set_up, EstimatorOptions())) {}
+PictureNumbers::PictureNumbers(const PublishedRun& run) {
+  for (const RigCamera& camera : run.set_up.rig.cameras) camera_names_.push_back(camera.name);
+  for (size_t i = 0; i < run.n_bodies(); ++i) {
+    setups_.push_back(MakeEstimatorSetup(run.SetUpOf(i), EstimatorOptions()));
+    tags_move_.push_back(run.TagsMove(i));
+  }
+}
 
-std::string PictureNumbers::WhySetAside(const PublishedFrame& frame,
+Pose PictureNumbers::PoseOver(const PublishedFrame& frame, size_t body) const {
+  const Pose& world_from_body = frame.bodies[body].state.state.world_from_body;
+  if (body == 0 || tags_move_.front()) return world_from_body;
+  return Inverse(world_from_body) * frame.bodies.front().state.state.world_from_body;
+}
+
+std::string PictureNumbers::WhySetAside(const PublishedFrame& frame, size_t body,
                                         const TagDetection& tag) const {
-  if (frame.state.status == FrameStatus::kNoFix) return "there is no state to hold it against";
-  if (setup_.map.Find(tag.id) == nullptr) return "the map does not have it";
-  const auto judged = JudgeTag(setup_, frame.state.state.world_from_body, tag);
+  const EstimatorSetup& setup = setups_[body];
+  if (frame.bodies[body].state.status == FrameStatus::kNoFix) {
+    return "there is no state to hold it against";
+  }
+  if (setup.map.Find(tag.id) == nullptr) return "the map does not have it";
+  const auto judged = JudgeTag(setup, PoseOver(frame, body), tag);
   if (!judged) return "is not seen on its plane";
   if (judged->fault == TagFault::kMirrored) return "is seen mirrored";
   if (judged->fault == TagFault::kWrongId) return "is seen where the map has another tag";
   return Format("lies %.0f mm from where the map has it", 1e3 * judged->distance_m);
 }
 
-std::string PictureNumbers::Json(const PublishedFrame& frame) const {
-  const bool has_state = frame.state.status != FrameStatus::kNoFix;
-  const Pose cam_from_map = setup_.CameraOf(0).CamFromMap(frame.state.state.world_from_body);
-  JsonText json;
-  json.Open('{').Key("type").String("picture").Key("t").Raw(FormatSeconds(frame.state.t_ns));
-  json.Key("width").Integer(setup_.camera.width).Key("height").Integer(setup_.camera.height);
-  json.Key("status").String(ToString(frame.state.status)).Key("seen").Open('[');
-  for (const TagDetection& tag : frame.tags) {
-    const bool is_used = IsUsed(frame, tag.id);
-    json.Open('{').Key("id").Integer(tag.id).Key("used").Truth(is_used);
-    json.Key("corners").Numbers(Corners(tag), kPixelDigits);
-    if (!is_used) json.Key("why").String(WhySetAside(frame, tag));
-    json.Close('}');
+void PictureNumbers::AppendSeen(const PublishedFrame& frame, size_t camera, JsonText* json) const {
+  for (size_t i = 0; i < frame.bodies.size(); ++i) {
+    for (const TagDetection& tag : frame.bodies[i].tags) {
+      if (tag.camera != static_cast<int>(camera)) continue;
+      const bool is_used = IsUsed(frame.bodies[i], tag.id);
+      json->Open('{').Key("id").Integer(tag.id).Key("used").Truth(is_used);
+      json->Key("corners").Numbers(Corners(tag), kPixelDigits);
+      if (!is_used) json->Key("why").String(WhySetAside(frame, i, tag));
+      json->Close('}');
+    }
   }
-  json.Close(']').Key("map").Open('[');
-  double largest_m = 0;
-  for (const Tag& tag : setup_.map.tags()) {
-    largest_m = std::max(largest_m, tag.size_m);
-    if (!has_state) continue;
-    const auto corners = Projected(setup_.camera, cam_from_map, setup_.map.CornersInWorld(tag.id));
+}
+
+void PictureNumbers::AppendTags(const PublishedFrame& frame, size_t camera, size_t body,
+                                JsonText* json) const {
+  if (frame.bodies[body].state.status == FrameStatus::kNoFix) return;
+  const EstimatorSetup& setup = setups_[body];
+  const MountedCamera mounted = setup.CameraOf(static_cast<int>(camera));
+  const Pose cam_from_map = mounted.CamFromMap(PoseOver(frame, body));
+  for (const Tag& tag : setup.map.tags()) {
+    const auto corners = Projected(mounted.camera, cam_from_map, setup.map.CornersInWorld(tag.id));
     if (!corners) continue;
-    json.Open('{').Key("id").Integer(tag.id).Key("corners").Numbers(*corners, kPixelDigits);
-    AppendPoints("axes",
-                 Projected(setup_.camera, cam_from_map, Axes(tag.world_from_tag, 0.5 * tag.size_m)),
-                 &json);
-    json.Close('}');
+    json->Open('{').Key("id").Integer(tag.id).Key("corners").Numbers(*corners, kPixelDigits);
+    AppendPoints(
+        "axes", Projected(mounted.camera, cam_from_map, Axes(tag.world_from_tag, 0.5 * tag.size_m)),
+        json);
+    json->Close('}');
   }
-  json.Close(']');
-  std::optional<std::vector<double>> axes;
-  if (has_state) axes = Projected(setup_.camera, cam_from_map, Axes(Pose(), largest_m));
-  AppendPoints("world", axes, &json);
-  return json.Close('}').text();
+}
+
+std::string PictureNumbers::Json(const PublishedFrame& frame, size_t camera) const {
+  const Camera shown = setups_.front().CameraOf(static_cast<int>(camera)).camera;
+  JsonText json;
+  json.Open('{').Key("type").String("picture").Key("t").Raw(FormatSeconds(frame.t_ns()));
+  json.Key("camera").String(camera_names_.at(camera));
+  json.Key("width").Integer(shown.width).Key("height").Integer(shown.height);
+  json.Key("seen").Open('[');
+  AppendSeen(frame, camera, &json);
+  json.Close(']').Key("map").Open('[');
+  for (size_t i = 0; i < frame.bodies.size(); ++i) AppendTags(frame, camera, i, &json);
+  json.Close(']').Key("frames").Open('[');
+  for (size_t i = 0; i < frame.bodies.size(); ++i) {
+    if (frame.bodies[i].state.status == FrameStatus::kNoFix) continue;
+    const MountedCamera mounted = setups_[i].CameraOf(static_cast<int>(camera));
+    double largest_m = 0;
+    for (const Tag& tag : setups_[i].map.tags()) largest_m = std::max(largest_m, tag.size_m);
+    const auto axes =
+        Projected(mounted.camera, mounted.CamFromMap(PoseOver(frame, i)), Axes(Pose(), largest_m));
+    if (axes) json.Numbers(*axes, kPixelDigits);
+  }
+  return json.Close(']').Close('}').text();
 }
 
 }  // namespace tagtwist::internal

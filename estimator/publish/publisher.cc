@@ -1,8 +1,5 @@
 #include "estimator/publish/publisher.h"
 
-#include <unistd.h>
-
-#include <array>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -14,7 +11,7 @@
 #include "estimator/publish/picture_json.h"
 #include "estimator/publish/state_json.h"
 #include "estimator/publish/udp_sender.h"
-#include "estimator/publish/web/web_rules.h"
+#include "estimator/publish/web/web_place.h"
 #include "estimator/publish/web/web_server.h"
 #include "estimator/publish/worker.h"
 
@@ -27,22 +24,18 @@ constexpr size_t kMostUnsent = 64;                                // that wait t
 constexpr auto kBetweenPictures = std::chrono::milliseconds(40);  // for pages
 constexpr auto kBetweenFacts = std::chrono::milliseconds(500);
 
-// An address that stands for all of the machine's own is told by its name.
-std::string NameInLink(const std::string& address) {
-  if (address == "0.0.0.0" || address == "::") {
-    std::array<char, 256> name{};
-    if (::gethostname(name.data(), name.size() - 1) == 0 && name[0] != '\0') return name.data();
-  }
-  return address.find(':') == std::string::npos ? address : "[" + address + "]";
-}
-
 class ThreadedPublisher : public Publisher {
  public:
   ThreadedPublisher(const PublishOptions& options, const PublishedRun& run)
-      : options_(options), run_(run), picture_numbers_(run) {}
+      : options_(options),
+        run_(run),
+        picture_numbers_(run),
+        verdicts_(run),
+        last_pictures_(run.set_up.rig.cameras.size()) {}
   ~ThreadedPublisher() override { EndThreads(); }
 
   Status Open() {
+    if (const Status named = run_.CheckNames(); !named) return named;
     for (const std::string& place : options_.udp) {
       auto sender = UdpSender::Open(place);
       if (!sender) return sender.error();
@@ -54,7 +47,7 @@ class ThreadedPublisher : public Publisher {
       mcap_ = std::move(*outlet);
     }
     if (!options_.record.empty()) {
-      auto recording = OpenRecording(options_.record, options_.waits);
+      auto recording = OpenRecording(options_.record, run_.set_up.rig, options_.waits);
       if (!recording) return recording.error();
       recording_ = std::move(*recording);
     }
@@ -67,7 +60,7 @@ class ThreadedPublisher : public Publisher {
     if (server_) {
       constexpr int kPictureNiceness = 5;  // what is known of the frame goes first
       pictures_.emplace(
-          1, false, [this](const FramePtr& frame) { SendPicture(*frame); }, kPictureNiceness);
+          1, false, [this](const FramePtr& frame) { SendPictures(*frame); }, kPictureNiceness);
     }
     return Ok();
   }
@@ -82,9 +75,7 @@ class ThreadedPublisher : public Publisher {
   std::vector<std::string> Links() const override {
     std::vector<std::string> out;
     if (!server_) return out;
-    const std::string place = NameInLink(options_.listen.value_or("127.0.0.1")) + ":" +
-                              std::to_string(server_->port()) + "/" +
-                              (token_.empty() ? "" : "?token=" + token_);
+    const std::string place = LinkTo(place_, server_->port());
     if (options_.page) out.push_back("page       http://" + place);
     if (options_.foxglove) out.push_back("foxglove   ws://" + place);
     return out;
@@ -115,14 +106,13 @@ class ThreadedPublisher : public Publisher {
   }
 
   Status OpenServer() {
+    const auto place = WebPlaceOf(options_.listen);
+    if (!place) return place.error();
+    place_ = *place;
     WebServer::Options web;
-    if (options_.listen) {
-      web.address = *options_.listen;
-      token_ = RandomToken();
-      if (token_.empty()) return Error{"--listen: the system has no random numbers"};
-    }
+    web.address = place_.address;
     web.port = options_.port;
-    web.token = token_;
+    web.token = place_.token;
     if (options_.page) web.page = LivePage();
     web.greeting = SetUpJson(run_, recording_ != nullptr);
     web.foxglove = options_.foxglove;
@@ -144,34 +134,43 @@ class ThreadedPublisher : public Publisher {
   }
 
   void SendNumbers(const PublishedFrame& frame) {
-    const std::string json = StateJson(run_, frame);
-    if (server_ && options_.page) server_->SendState(json);
-    for (const auto& sender : udp_) sender->Send(json);
+    const std::vector<std::string> jsons = StateJsons(run_, frame);
+    for (const std::string& json : jsons) {
+      if (server_ && options_.page) server_->SendState(json);
+      for (const auto& sender : udp_) sender->Send(json);
+    }
     if (!server_ || !options_.foxglove) return;
     bool is_wanted = false;
-    for (const uint32_t topic : {kState, kPose, kTransforms, kTwist}) {
-      is_wanted = is_wanted || server_->HasSubscriber(topic);
+    for (uint32_t channel = 1; channel < ImageChannel(run_, 0); ++channel) {
+      is_wanted = is_wanted || (channel != kMap && server_->HasSubscriber(channel));
     }
     if (!is_wanted) return;
-    for (FoxgloveMessage& message : NumberMessages(run_, frame, json)) {
+    for (FoxgloveMessage& message : NumberMessages(run_, frame, jsons)) {
       if (server_->HasSubscriber(message.channel)) server_->SendFoxglove(std::move(message));
     }
   }
 
-  void SendPicture(const PublishedFrame& frame) {
-    verdict_.Add(frame, picture_numbers_);
-    const bool to_pages =
-        options_.page && server_->HasPages() && IsDue(kBetweenPictures, &last_picture_);
-    const bool to_foxglove = options_.foxglove && server_->HasSubscriber(kImage);
-    if (to_pages || to_foxglove) {
-      std::string jpeg = EncodeJpeg(frame.image);
-      if (to_foxglove && !jpeg.empty()) {
-        server_->SendFoxglove(ImageMessage(run_, frame.state.t_ns, jpeg));
-      }
-      if (to_pages) server_->SendPicture(picture_numbers_.Json(frame), std::move(jpeg));
-    }
+  void SendPictures(const PublishedFrame& frame) {
+    verdicts_.Add(frame, picture_numbers_);
+    for (const CameraImage& image : frame.images) SendPicture(frame, image);
     if (options_.page && IsDue(kBetweenFacts, &last_facts_)) {
-      server_->SendFacts(FactsJson(verdict_, frame, recording_ ? recording_->Json() : "null"));
+      server_->SendFacts(verdicts_.FactsJson(frame, recording_ ? recording_->Json() : "null"));
+    }
+  }
+
+  void SendPicture(const PublishedFrame& frame, const CameraImage& image) {
+    const auto camera = static_cast<size_t>(image.camera);
+    const bool to_pages =
+        options_.page && server_->HasPages() && IsDue(kBetweenPictures, &last_pictures_[camera]);
+    const bool to_foxglove =
+        options_.foxglove && server_->HasSubscriber(ImageChannel(run_, camera));
+    if (!to_pages && !to_foxglove) return;
+    std::string jpeg = EncodeJpeg(image.image);
+    if (to_foxglove && !jpeg.empty()) {
+      server_->SendFoxglove(ImageMessage(run_, camera, frame.t_ns(), jpeg));
+    }
+    if (to_pages) {
+      server_->SendPicture(camera, picture_numbers_.Json(frame, camera), std::move(jpeg));
     }
   }
 
@@ -190,10 +189,11 @@ class ThreadedPublisher : public Publisher {
 
   PublishOptions options_;
   PublishedRun run_;
-  std::string token_;
+  WebPlace place_;
   PictureNumbers picture_numbers_;
-  LiveVerdict verdict_;
-  Clock::time_point last_picture_, last_facts_;
+  LiveVerdicts verdicts_;
+  std::vector<Clock::time_point> last_pictures_;  // of each camera
+  Clock::time_point last_facts_;
   std::vector<std::unique_ptr<UdpSender>> udp_;
   std::unique_ptr<Outlet> mcap_;
   std::unique_ptr<RecordingOutlet> recording_;

@@ -34,12 +34,16 @@ Eigen::Vector4d QuaternionOf(const Pose& pose) {
   return (pose.params(3) < 0 ? -1 : 1) * pose.params.head<4>();
 }
 
-std::string StateJson(const PublishedRun& run, const PublishedFrame& frame) {
-  const FrameEstimate& state = frame.state;
+std::string StateJson(const PublishedRun& run, const PublishedFrame& frame, size_t body) {
+  const FrameEstimate& state = frame.bodies[body].state;
   JsonText json;
   json.Open('{').Key("type").String("state");
-  json.Key("body").String(run.body).Key("world").String(run.world);
-  json.Key("camera").String(run.set_up.rig.front().name);
+  json.Key("body").String(run.BodyName(body)).Key("world").String(run.world);
+  json.Key("cameras").Open('[');
+  for (const CameraImage& image : frame.images) {
+    json.String(run.set_up.rig.cameras.at(static_cast<size_t>(image.camera)).name);
+  }
+  json.Close(']');
   json.Key("t").Raw(FormatSeconds(state.t_ns)).Key("stamp");
   AppendStamp(state.t_ns, &json);
   json.Key("status").String(ToString(state.status));
@@ -57,13 +61,20 @@ std::string StateJson(const PublishedRun& run, const PublishedFrame& frame) {
   return json.Close('}').text();
 }
 
+std::vector<std::string> StateJsons(const PublishedRun& run, const PublishedFrame& frame) {
+  std::vector<std::string> out;
+  for (size_t i = 0; i < frame.bodies.size(); ++i) out.push_back(StateJson(run, frame, i));
+  return out;
+}
+
 std::string StateSchema() {
   JsonText json;
   json.Open('{').Key("type").String("object").Key("title").String("tagtwist.State");
   json.Key("properties").Open('{');
-  for (const char* key : {"type", "body", "world", "camera", "status"}) {
+  for (const char* key : {"type", "body", "world", "status"}) {
     json.Key(key).Raw(R"({"type":"string"})");
   }
+  json.Key("cameras").Raw(R"({"type":"array","items":{"type":"string"}})");
   json.Key("stamp").Raw(
       R"({"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}})");
   for (const char* key : {"t", "n_tags", "n_tracks", "latency_ms", "frames_dropped"}) {

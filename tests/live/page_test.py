@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import sys
+import tempfile
 import time
 
 import browser
@@ -123,10 +124,30 @@ def check_record(page, run):
         assert len(file.readlines()) > 5
 
 
+def check_bodies(programs):
+    """The mat's last four columns as a body of their own: chosen, the numbers are its."""
+    grid = 'grid: {rows: 12, columns: %d, first_id: %d, tag_size_m: 0.152, row_gaps_m: 0.152, column_gaps_m: %s}\n'
+    with tempfile.NamedTemporaryFile('w', suffix='.yaml') as config:
+        config.write('tag_map:\n  ' + grid % (5, 0, [0.152, 0.152, 0.178, 0.152]) +
+                     '  bodies:\n    - name: rest\n      ' + grid % (4, 60, [0.178, 0.152, 0.152]))
+        config.flush()
+        with browser.Browser() as chromium, \
+                live_run.LiveRun(programs, ['--page', '0', '--config', config.name], rate=10, seconds=8) as run:
+            page = chromium.open(run.link('page'), 1280, 900)
+            page.wait('document.getElementById("status").textContent === "ok"')
+            assert page.run('[...document.getElementById("body").options].map((o) => o.textContent)') == ['body', 'rest']
+            assert page.run('document.getElementById("camera").hidden') is True
+            page.run('document.dispatchEvent(new KeyboardEvent("keydown", {key: "b", bubbles: true}))')
+            page.wait('Math.abs(Number(document.querySelectorAll("#numbers td")[1].textContent) - 1.546) < 0.05')
+            page.wait('document.getElementById("verdict").textContent.includes("rest: ")')
+            assert not chromium.faults, chromium.faults
+
+
 def main():
     if not browser.is_there():
         print('chromium is not installed')
         return 77
+    check_bodies(sys.argv[1])
     seconds = 20 if len(sys.argv) > 2 else 12
     with live_run.LiveRun(sys.argv[1], ['--page', '0', '--record', 'rec'], rate=20, seconds=seconds) as run, \
             browser.Browser() as chromium:

@@ -1,5 +1,5 @@
 #!/bin/sh
-# streams_test.js with its packages, which npm brings into the folder of the build once: PROGRAMS FOLDER. Exit status 77
+# streams_test.js and several_test.js with their packages, which npm brings into the folder of the build once: PROGRAMS FOLDER. Exit status 77
 # where there is no npm, or no way to the packages.
 set -eu
 here=$(dirname "$0")
@@ -10,4 +10,6 @@ if [ ! -d "$2/node_modules/ws" ]; then
   (cd "$2" && timeout 60 npm install --no-audit --no-fund >npm.log 2>&1) ||
     { echo "skipped: npm does not bring the packages ($2/npm.log)"; exit 77; }
 fi
-NODE_PATH=$2/node_modules exec node "$here/streams_test.js" "$1"
+export NODE_PATH="$2/node_modules"
+node "$here/streams_test.js" "$1"
+exec node "$here/several_test.js" "$1"

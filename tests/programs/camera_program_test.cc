@@ -87,7 +87,8 @@ TEST_F(CameraProgram, WritesACameraThatTheEstimateTakes) {
   EXPECT_TRUE(IsOneLine(no_size.err)) << no_size.err;
   EXPECT_THAT(no_size.err, HasSubstr("--image_size"));
 
-  arguments.insert(arguments.end(), {"--image_size", "320x240", "--picture", "seen.svg"});
+  arguments.insert(arguments.end(),
+                   {"--image_size", "320x240", "--picture", "seen.svg", "--report", "camera.html"});
   ReplaceLine(folder_ / "film/timestamps.csv", 9, "0.0,");  // the clock stepped back
   const ProgramRun run = Run("tagtwist_camera", arguments);
   ASSERT_EQ(run.status, 0) << run.err;
@@ -98,6 +99,11 @@ TEST_F(CameraProgram, WritesACameraThatTheEstimateTakes) {
   EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("  # +- "));
   EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("\n  focal_sigma: "));
   EXPECT_THAT(ReadText(folder_ / "seen.svg"), HasSubstr("</svg>"));
+  const std::string report = ReadText(folder_ / "camera.html");
+  EXPECT_THAT(report, HasSubstr("good: nothing speaks against it"));
+  EXPECT_THAT(report, HasSubstr("Where the image was covered"));
+  EXPECT_THAT(report, HasSubstr("<title>Corners that the camera saw</title>"));
+  EXPECT_THAT(report, HasSubstr("<td>fx [px]</td><td>231."));
   const auto summary = Estimate({"--use_detections"});
   EXPECT_THAT(summary["taken"].dump(),
               HasSubstr("that last, in the covariance: focal length +- 0.0"));
@@ -162,6 +168,9 @@ TEST_F(CameraProgram, RefusesWrongUsage) {
            {"--from", "film", "--map", "sheet.yaml", "--output", "c.yaml", "--image_size", "640"},
            {"--from", "film", "--map", "sheet.yaml", "--output", "c.yaml", "--image_size", "0x2"},
            {"--from", "film", "--map", "s.yaml", "--output", "c.yaml", "--tag_size_m", "-1"},
+           {"--from", "film", "--output", "c.yaml", "--page", "x"},
+           {"--from", "film", "--output", "c.yaml", "--page", "0", "--use_detections"},
+           {"--from", "film", "--output", "c.yaml", "--listen", "0.0.0.0"},
            {"--from", "camera:0", "--map", "s.yaml", "--output", "c.yaml", "--use_detections"}}) {
     const ProgramRun run = Run("tagtwist_camera", arguments);
     EXPECT_EQ(run.status, 2);

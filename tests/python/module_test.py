@@ -1,4 +1,5 @@
 """The module against the programs, on the same flight: the same numbers; and what it refuses."""
+import os
 import pathlib
 import re
 import threading
@@ -99,6 +100,24 @@ class Live(FlightTest):
         self.assertGreater(len(known), len(states) // 2)
         for state in states:
             self.assertEqual(np.isfinite(state.position).all(), state.status != "no_fix")
+
+    def test_bodies_and_cameras_are_named(self):
+        grid = "rows: 12, columns: %d, first_id: %d, tag_size_m: 0.152, row_gaps_m: 0.152, column_gaps_m: %s"
+        path = os.path.join(flight.folder, "bodies.yaml")
+        with open(path, "w", encoding="utf-8") as file:  # the mat's last four columns are a body of their own
+            file.write("tag_map:\n  grid: {" + grid % (5, 0, [0.152, 0.152, 0.178, 0.152]) + "}\n  bodies:\n    - name: rest\n"
+                       "      grid: {" + grid % (4, 60, [0.178, 0.152, 0.152]) + "}\n")
+        live = tagtwist.live(flight.path, tagtwist.load_config(path))
+        states = list(live)
+        self.assertEqual([state.body for state in states], ["body", "rest"] * (len(states) // 2))
+        self.assertEqual([state.t_ns for state in states[::2]], [state.t_ns for state in states[1::2]])
+        seen = [state for state in states if state.body == "rest" and state.n_tags > 3]
+        self.assertGreater(len(seen), 3)
+        for state in seen:  # it stands where the mat has it
+            error = np.abs(state.position - [0, 5 * 0.152 + 5 * 0.152 + 0.026, 0])
+            self.assertTrue((error < 5 * np.sqrt(np.diag(state.covariance)[3:6]) + 0.01).all(), error)
+        self.assertEqual(list(live.images), ["cam0"])
+        self.assertEqual(live.images["cam0"].shape, live.image.shape)
 
     def test_a_callback_ends_it(self):
         stamps = []

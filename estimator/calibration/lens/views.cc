@@ -14,18 +14,6 @@
 namespace tagtwist::internal {
 namespace {
 
-void CountCorners(const TagDetection& tag, const Camera& camera, ViewsJudged* out) {
-  for (const Eigen::Vector2d& pixel : tag.corners) {
-    const double column = std::floor(ViewsJudged::kColumns * (pixel.x() + 0.5) / camera.width);
-    const double row = std::floor(ViewsJudged::kRows * (pixel.y() + 0.5) / camera.height);
-    if (!(column >= 0 && row >= 0 && column < ViewsJudged::kColumns && row < ViewsJudged::kRows)) {
-      continue;
-    }
-    ++out->corners[static_cast<size_t>(ViewsJudged::kColumns * row + column)];
-    out->pixels.push_back(pixel);
-  }
-}
-
 struct View {
   Pose cam_from_world;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of what it shows, in the camera
@@ -117,6 +105,18 @@ std::vector<size_t> ByRounds(const ViewsJudged& views, const std::vector<bool>& 
 
 }  // namespace
 
+void CountCorners(const TagDetection& tag, int width, int height, ViewsJudged* to) {
+  for (const Eigen::Vector2d& pixel : tag.corners) {
+    const double column = std::floor(ViewsJudged::kColumns * (pixel.x() + 0.5) / width);
+    const double row = std::floor(ViewsJudged::kRows * (pixel.y() + 0.5) / height);
+    if (!(column >= 0 && row >= 0 && column < ViewsJudged::kColumns && row < ViewsJudged::kRows)) {
+      continue;
+    }
+    ++to->corners[static_cast<size_t>(ViewsJudged::kColumns * row + column)];
+    to->pixels.push_back(pixel);
+  }
+}
+
 double ViewsJudged::covered() const {
   const auto n = std::count_if(corners.begin(), corners.end(), [](int count) { return count > 0; });
   return static_cast<double>(n) / static_cast<double>(corners.size());
@@ -130,7 +130,7 @@ ViewsJudged JudgeViews(const std::vector<FrameMeasurements>& frames, const TagMa
     out.view.push_back(-1);
     const FramePose pose = FindFramePose(frame.tags, map, camera, Pose());
     if (pose.status != FramePoseStatus::kOk) continue;
-    for (const TagDetection& tag : frame.tags) CountCorners(tag, camera, &out);
+    for (const TagDetection& tag : frame.tags) CountCorners(tag, camera.width, camera.height, &out);
     const View view = ViewOf(pose, frame.tags, map);
     const auto known = std::find_if(distinct.begin(), distinct.end(),
                                     [&](const View& other) { return AreAlike(view, other); });

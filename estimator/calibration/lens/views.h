@@ -21,6 +21,8 @@ struct ViewsJudged {
   double tilt_rad = 0;     // the largest angle between two views' optical axes, in the world
   double covered() const;  // share of the cells with a corner
 };
+/// Adds a tag's corners to those of an image's cells.
+void CountCorners(const TagDetection& tag, int width, int height, ViewsJudged* to);
 /// Views differ by 5 degrees, or by a seventh of the distance to what they show.
 ViewsJudged JudgeViews(const std::vector<FrameMeasurements>& frames, const TagMap& map,
                        const Camera& camera);

@@ -1,8 +1,9 @@
 #include "estimator/jobs/camera/guide_camera.h"
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
+#include <chrono>
+#include <future>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -60,44 +61,124 @@ bool Take(const Frame& frame, std::vector<TagDetection> tags, Kept* kept) {
   return is_new;
 }
 
-// The lens, where what is kept makes it good; tells what is missing where it does not.
-std::optional<LensFound> TryLens(const CameraJob& job, const TagMap& map, const Kept& kept,
-                                 const CameraGuide& guide) {
+// What came of what is kept.
+struct Tried {
+  std::string words;
+  std::shared_ptr<const LensFound> lens = {};
+  bool is_good() const { return lens != nullptr && lens->missing.empty(); }
+};
+
+// job.accepts_poor: a lens of views that are not good, too. `tell`: that it calibrates.
+Tried TryLens(const CameraJob& job, const TagMap& map, const Kept& kept,
+              const std::function<void(const std::string& line)>& tell) {
   const std::string head = std::to_string(kept.first.size()) + " frames kept; ";
   const auto started = StartLooks(map, kept.looks, kept.first);
-  if (!started || !started->starts.missing.empty()) {
-    guide.tell(head + (started ? AsSentence(started->starts.missing) : started.error().message));
-    return std::nullopt;
-  }
-  guide.tell(head + "calibrating");
+  if (!started) return {head + started.error().message};
+  const std::string missing = AsSentence(started->starts.missing);
+  if (!missing.empty() && !job.accepts_poor) return {head + missing};
+  tell(head + "calibrating");
   auto found = FindLensOfLooks(job, map, kept.looks, kept.first);
-  if (found && found->missing.empty()) return std::move(*found);
-  guide.tell(head + (found ? AsSentence(found->missing) : found.error().message));
-  return std::nullopt;
+  if (!found) return {head + (missing.empty() ? found.error().message : missing)};
+  const auto lens = std::make_shared<const LensFound>(std::move(*found));
+  return {lens->missing.empty() ? "" : head + AsSentence(lens->missing), lens};
+}
+
+// Tries a lens now and then: where it is watched beside the frames, else between them.
+class Trials {
+ public:
+  Trials(const CameraJob& job, const TagMap& map, const CameraGuide& guide)
+      : job_(job), map_(map), guide_(guide) {
+    job_.accepts_poor = guide_.show != nullptr;
+  }
+
+  // Whether a lens is good: by what is kept, where it is time, or was tried before.
+  bool Try(const Kept& kept, bool is_new) {
+    const int every = guide_.show ? 2 : 4;  // frames that are new
+    if (is_new) ++n_new_;
+    if (IsDone()) Take(under_way_.get());
+    if (last_.is_good()) return true;
+    if (under_way_.valid() || n_new_ < every) return false;
+    n_new_ = 0;
+    if (!guide_.show) {
+      Take(TryLens(job_, map_, kept, guide_.tell));
+      return last_.is_good();
+    }
+    under_way_ = std::async(std::launch::async, [this, kept] {
+      return TryLens(job_, map_, kept, [](const std::string&) {});
+    });
+    return false;
+  }
+  // Of what is under way, too.
+  bool EndsGood() {
+    if (under_way_.valid()) Take(under_way_.get());
+    return last_.is_good();
+  }
+  bool is_under_way() const { return under_way_.valid(); }
+  const Tried& last() const { return last_; }
+
+ private:
+  bool IsDone() const {
+    return under_way_.valid() &&
+           under_way_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
+  void Take(Tried tried) {
+    if (!tried.words.empty()) guide_.tell(tried.words);
+    if (tried.lens == nullptr) tried.lens = last_.lens;  // a poor one is better than none
+    last_ = std::move(tried);
+  }
+
+  CameraJob job_;
+  const TagMap& map_;
+  const CameraGuide& guide_;
+  Tried last_;
+  int n_new_ = 0;
+  std::future<Tried> under_way_;  // last member: it uses the others
+};
+
+void Show(const Trials& trials, const Kept& kept, bool was_kept, const CameraGuide& guide,
+          GuideView* view) {
+  view->kept = kept.first.size();
+  if (was_kept) {
+    for (const TagDetection& tag : view->tags) {
+      CountCorners(tag, kept.looks.width, kept.looks.height, &view->seen);
+    }
+    view->seen.pixels.clear();
+  }
+  if (!trials.last().words.empty()) view->words = trials.last().words;
+  view->is_calibrating = trials.is_under_way();
+  view->lens = trials.last().lens;
+  guide.show(*view);
 }
 
 }  // namespace
 
 Result<LensFound> GuideCamera(const CameraJob& job, const TagMap& map, DataSource* camera,
                               const CameraGuide& guide) {
-  constexpr int kEvery = 4;  // frames that are new
   const TagDetectorOptions options;
   const auto detector = TagDetector::Create(map.family(), options);
   if (!detector) return detector.error();
-  guide.tell("show the tags: near and far, in all parts of the image, tilted; Ctrl-C ends it");
+  GuideView view;
+  view.words = "show the tags: near and far, in all parts of the image, tilted; Ctrl-C ends it";
+  guide.tell(view.words);
   Kept kept;
-  int n_new = 0;
+  Trials trials(job, map, guide);
   while (!guide.stop() && kept.first.size() < kMostKept) {
-    const auto frame = camera->Next();
+    auto frame = camera->Next();
     if (!frame) return frame.error();
     if (!*frame) break;
     if ((*frame)->image.empty()) continue;
     if (const Status sized = TakeSize(**frame, &kept.looks); !sized) return sized.error();
-    auto tags = TagsOfMap(detector->Detect((*frame)->image), map, kept.looks, options.border_px);
-    if (!Take(**frame, std::move(tags), &kept) || ++n_new % kEvery != 0) continue;
-    if (auto found = TryLens(job, map, kept, guide)) return std::move(*found);
+    view.t_ns = (*frame)->t_ns;
+    view.image = (*frame)->image;
+    view.tags = TagsOfMap(detector->Detect(view.image), map, kept.looks, options.border_px);
+    const size_t before = kept.first.size();
+    const bool is_new = Take(**frame, view.tags, &kept);
+    const bool is_good = trials.Try(kept, is_new);
+    if (guide.show) Show(trials, kept, kept.first.size() > before, guide, &view);
+    if (is_good) return *trials.last().lens;
   }
   if (kept.first.empty()) return Error{job.recording + ": no frame showed two tags"};
+  if (trials.EndsGood()) return *trials.last().lens;
   return FindLensOfLooks(job, map, kept.looks, kept.first);
 }
 

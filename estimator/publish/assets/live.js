@@ -7,8 +7,11 @@
   const SPAN_S = 10, MOST_STATES = 1500, MOST_PATH = 6000;
   const AXIS = ["#ff3b3b", "#35e06a", "#4b9bff"];
 
-  let setup = null, facts = null, picture = null, decoding = null, socket = null;
-  let states = [], path = [], paused = null, dirty = true;
+  let setup = null, facts = null, socket = null, paused = false, dirty = true;
+  // Of each body its states, its path, and what of them is shown while paused; of each camera the
+  // newest picture, and the bytes of the next one.
+  let bodies = new Map(), cameras = new Map();
+  const body = () => bodies.get($("body").value), camera = () => cameras.get($("camera").value);
   const view = { turn: 0, tilt: 0, zoom: 1 };
 
   // ---- what comes ----
@@ -27,10 +30,15 @@
   function takeText(text) {
     const message = JSON.parse(text);
     if (message.type === "setup") {
-      setup = message; states = []; path = []; picture = null; facts = null;
+      if (paused) togglePause();
+      setup = message; facts = null;
+      bodies = new Map(message.bodies.map((name) => [name, { states: [], path: [], shown: null }]));
+      cameras = new Map(message.cameras.map((of) => [of.name, { ...of, picture: null, waiting: null, decoding: false }]));
+      offer("body", message.bodies);
+      offer("camera", message.cameras.map((of) => of.name));
       $("dataset").textContent = message.dataset;
-      $("camera-name").textContent = message.camera.name + " on " + message.body;
       $("record").hidden = !message.can_record;
+      tellCamera();
       fit();
     } else if (message.type === "history") {
       message.states.forEach(takeState);
@@ -43,40 +51,57 @@
     dirty = true;
   }
 
+  // The names to choose from, where there are several.
+  function offer(id, names) {
+    const before = $(id).value;
+    $(id).replaceChildren(...names.map((name) => Object.assign(document.createElement("option"), { textContent: name })));
+    if (names.includes(before)) $(id).value = before;
+    $(id).hidden = names.length < 2;
+  }
+  function tellCamera() {
+    const stands = camera().stands !== null;
+    setText("camera-name", $("camera").hidden || stands ? $("camera").value + (stands ? " stands" : " on " + setup.bodies[0]) : "on " + setup.bodies[0]);
+  }
+
   function takeState(state) {
+    if (!bodies.has(state.body)) return;
+    const { states, path } = bodies.get(state.body);
     if (state.position !== null) {
       state.attitude = attitude(state);
+      if (setup.tags.every((tag) => tag.on)) grow(state.position);
       const last = path[path.length - 1];
       if (!last || state.t - last[3] > 0.02) path.push([...state.position, state.t]);
-      if (path.length > MOST_PATH) path = path.filter((_, i) => i % 2 === 1);
+      if (path.length > MOST_PATH) path.splice(0, path.length, ...path.filter((_, i) => i % 2 === 1));
     }
     states.push(state);
     if (states.length > MOST_STATES) states.splice(0, states.length - MOST_STATES);
   }
 
-  // One image is decoded at a time; of those that come meanwhile the newest.
+  // Of a camera one image is decoded at a time; of those that come meanwhile the newest.
   function takePicture(bytes) {
-    const busy = decoding !== null;
-    decoding = bytes;
-    if (!busy) decodeNext();
+    const length = new DataView(bytes).getUint32(0, true);
+    const numbers = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
+    numbers.jpeg = new Uint8Array(bytes, 4 + length);
+    const of = cameras.get(numbers.camera);
+    if (!of || of.name !== $("camera").value) return;  // nobody looks at it
+    of.waiting = numbers;
+    if (!of.decoding) decodeNext(of);
   }
-  async function decodeNext() {
-    while (decoding && decoding !== true) {
-      const bytes = decoding;
-      decoding = true;
-      const length = new DataView(bytes).getUint32(0, true);
-      const numbers = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
-      const jpeg = new Uint8Array(bytes, 4 + length);
-      numbers.bitmap = jpeg.length ? await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" })) : null;
-      if (!paused) {
-        if (picture && picture.bitmap) picture.bitmap.close();
-        picture = numbers;
+  async function decodeNext(of) {
+    of.decoding = true;
+    while (of.waiting) {
+      const numbers = of.waiting;
+      of.waiting = null;
+      numbers.bitmap = numbers.jpeg.length ? await createImageBitmap(new Blob([numbers.jpeg], { type: "image/jpeg" })) : null;
+      if (!paused || !of.picture) {
+        if (of.picture && of.picture.bitmap) of.picture.bitmap.close();
+        of.picture = numbers;
       } else if (numbers.bitmap) {
         numbers.bitmap.close();
       }
       dirty = true;
     }
-    decoding = null;
+    of.decoding = false;
   }
 
   // Roll, pitch and yaw (turns about z, then y, then x) in degrees, with their standard deviations
@@ -154,10 +179,10 @@
   function describe(shown) {
     const s = shown[shown.length - 1];
     if (!s) return;
-    const seen = picture ? picture.seen : [];
-    $("view").setAttribute("aria-label", "The camera's image with " + seen.length + " tags, " + seen.filter((t) => t.used).length + " of them used");
+    const picture = camera().picture, seen = picture ? picture.seen : [];
+    $("view").setAttribute("aria-label", "The image of " + $("camera").value + " with " + seen.length + " tags, " + seen.filter((t) => t.used).length + " of them used");
     const at = s.position ? "at " + s.position.map((v) => v.toFixed(2)).join(", ") + " metres" : "not known";
-    $("path").setAttribute("aria-label", "The path over the map; the body is " + at);
+    $("path").setAttribute("aria-label", "The path over the map; " + (setup.bodies.length > 1 ? $("body").value : "the body") + " is " + at);
     for (const canvas of document.querySelectorAll(".plot")) {
       const v = s.position ? SERIES[canvas.dataset.plot](s).value.map((x) => x.toFixed(2)).join(", ") : "not known";
       canvas.setAttribute("aria-label", canvas.dataset.plot + " over the last " + SPAN_S + " seconds, now " + v);
@@ -175,7 +200,7 @@
   }
 
   function drawView() {
-    const canvas = $("view");
+    const canvas = $("view"), picture = setup && camera().picture;
     if (!picture) return;
     // The canvas has the image's own pixels, a whole number of them each.
     const scale = Math.max(1, Math.ceil(720 / picture.width));
@@ -202,7 +227,7 @@
       }
     };
     for (const tag of picture.map) if (tag.axes && seen.has(tag.id)) axes(tag.axes, 2);
-    if (picture.world) axes(picture.world, 4);
+    for (const points of picture.frames) axes(points, 4);
     g.font = "600 " + Math.round(6 * scale + 4) + "px system-ui, sans-serif";
     g.textAlign = "center";
     for (const tag of picture.seen) {
@@ -216,13 +241,35 @@
   }
 
   // ---- the path ----
-  let frame = { centre: [0, 0, 0], size: 1 };
+  // What is in sight: the tags that stand; where none does, the cameras that do and all positions.
+  let frame = { centre: [0, 0, 0], size: 1 }, low, high;
   function fit() {
-    const all = setup.tags.flatMap((tag) => [0, 3, 6, 9].map((i) => tag.corners.slice(i, i + 3)));
-    const low = [0, 1, 2].map((k) => Math.min(...all.map((p) => p[k]))), high = [0, 1, 2].map((k) => Math.max(...all.map((p) => p[k])));
+    low = [Infinity, Infinity, Infinity]; high = low.map((v) => -v);
+    for (const tag of setup.tags) if (!tag.on) [0, 3, 6, 9].forEach((i) => grow(tag.corners.slice(i, i + 3)));
+    if (low[0] > high[0]) for (const of of setup.cameras) if (of.stands) grow(of.stands);
+  }
+  function grow(p) {
+    low = low.map((v, k) => Math.min(v, p[k])); high = high.map((v, k) => Math.max(v, p[k]));
     frame = { centre: low.map((v, k) => (v + high[k]) / 2), size: 1.25 * Math.max(0.2, Math.hypot(...low.map((v, k) => high[k] - v))) };
   }
-  function drawPath(shown) {
+  function rotation(q4) {  // its columns: the body's axes in the world
+    const [x, y, z, q] = q4;
+    return [[1 - 2 * (y * y + z * z), 2 * (x * y + z * q), 2 * (x * z - y * q)], [2 * (x * y - z * q), 1 - 2 * (x * x + z * z), 2 * (y * z + x * q)], [2 * (x * z + y * q), 2 * (y * z - x * q), 1 - 2 * (x * x + y * y)]];
+  }
+  const lastOf = (name) => { const of = bodies.get(name), shown = of.shown || of.states; return shown[shown.length - 1]; };
+  // Corners in the world of each tag whose place is known.
+  function placedTags() {
+    const out = [];
+    for (const tag of setup.tags) {
+      const corners = [0, 3, 6, 9].map((i) => tag.corners.slice(i, i + 3));
+      const s = tag.on && lastOf(tag.on);
+      if (tag.on && (!s || !s.position)) continue;
+      const r = tag.on && rotation(s.orientation);
+      out.push({ id: tag.id, corners: tag.on ? corners.map((c) => s.position.map((v, k) => v + r[0][k] * c[0] + r[1][k] * c[1] + r[2][k] * c[2])) : corners });
+    }
+    return out;
+  }
+  function drawPath() {
     if (!setup) return;
     const { g, w, h } = sized($("path"));
     g.clearRect(0, 0, w, h);
@@ -239,27 +286,35 @@
       g.stroke();
     };
     g.fillStyle = css("--tag"); g.strokeStyle = css("--line"); g.lineWidth = 1;
-    for (const tag of setup.tags) {
+    const tags = placedTags();
+    for (const tag of tags) {
       g.beginPath();
-      for (let i = 0; i < 12; i += 3) g[i ? "lineTo" : "moveTo"](...to(tag.corners.slice(i, i + 3)));
+      tag.corners.forEach((c, i) => g[i ? "lineTo" : "moveTo"](...to(c)));
       g.closePath(); g.fill(); g.stroke();
     }
     const colours = [css("--x"), css("--y"), css("--z")], faint = css("--faint");
-    const side = Math.hypot(...[0, 1, 2].map((k) => setup.tags[0].corners[k + 3] - setup.tags[0].corners[k]));
+    const side = tags.length ? Math.hypot(...[0, 1, 2].map((k) => tags[0].corners[1][k] - tags[0].corners[0][k])) : 0;
     if (side * unit > 16) {
       g.fillStyle = faint; g.font = Math.min(14, 0.4 * side * unit) + "px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "middle";
-      for (const tag of setup.tags) g.fillText(tag.id, ...to([0, 1, 2].map((k) => (tag.corners[k] + tag.corners[k + 6]) / 2)));
+      for (const tag of tags) g.fillText(tag.id, ...to([0, 1, 2].map((k) => (tag.corners[0][k] + tag.corners[2][k]) / 2)));
     }
     const ends = (origin, axes, length, width) => axes.forEach((a, k) => line([origin, origin.map((v, i) => v + length * a[i])], colours[k], width));
     ends([0, 0, 0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]], 0.12 * frame.size, 1.5);
-    const s = shown[shown.length - 1];
-    line(s ? path.filter((p) => p[3] <= s.t) : [], css("--path"), 1.6);
-    if (s && s.position) {
-      const [x, y, z, q] = s.orientation;
-      const r = [[1 - 2 * (y * y + z * z), 2 * (x * y + z * q), 2 * (x * z - y * q)], [2 * (x * y - z * q), 1 - 2 * (x * x + z * z), 2 * (y * z + x * q)], [2 * (x * z + y * q), 2 * (y * z - x * q), 1 - 2 * (x * x + y * y)]];
-      ends(s.position, r, 0.09 * frame.size, 3);
+    const label = (text, p, dx) => { g.fillStyle = css("--text"); g.font = "12px system-ui, sans-serif"; g.textAlign = "left"; g.textBaseline = "middle"; g.fillText(text, to(p)[0] + dx, to(p)[1]); };
+    for (const of of setup.cameras) {
+      if (!of.stands) continue;
+      const [x, y] = to(of.stands);
+      g.strokeStyle = faint; g.lineWidth = 2; g.strokeRect(x - 4, y - 4, 8, 8);
+      label(of.name, of.stands, 8);
+    }
+    for (const [name, of] of bodies) {
+      const s = lastOf(name), chosen = name === $("body").value;
+      line(s ? of.path.filter((p) => p[3] <= s.t) : [], chosen ? css("--path") : faint, chosen ? 1.6 : 1);
+      if (!s || !s.position) continue;
+      ends(s.position, rotation(s.orientation), 0.09 * frame.size, chosen ? 3 : 2);
       const radius = 3 * Math.max(s.sigma[3], s.sigma[4]) * unit;
       if (radius > 3) { g.strokeStyle = css("--path"); g.lineWidth = 1; g.beginPath(); g.arc(...to(s.position), radius, 0, 7); g.stroke(); }
+      if (bodies.size > 1) label(name, s.position, 10);
     }
     const metre = niceStep(frame.size / view.zoom / 4);
     g.strokeStyle = faint; g.lineWidth = 2; g.beginPath(); g.moveTo(10, h - 12); g.lineTo(10 + metre * unit, h - 12); g.stroke();
@@ -335,9 +390,10 @@
     if (!dirty || now - drawn < 30) return;
     dirty = false;
     drawn = now;
-    const shown = paused || states;
+    if (!setup) return;
+    const shown = body().shown || body().states;
     drawView();
-    drawPath(shown);
+    drawPath();
     document.querySelectorAll(".plot").forEach((canvas) => drawPlot(canvas, shown));
     tellState(shown);
     if (shown.length && now - described > 2000) { described = now; describe(shown); }
@@ -345,8 +401,9 @@
 
   // ---- what the person does ----
   function togglePause() {
-    paused = paused ? null : states.slice();
-    $("pause").setAttribute("aria-pressed", String(paused !== null));
+    paused = !paused;
+    for (const of of bodies.values()) of.shown = paused ? of.states.slice() : null;
+    $("pause").setAttribute("aria-pressed", String(paused));
     setText("pause", paused ? "Go on" : "Pause");
     dirty = true;
   }
@@ -363,13 +420,26 @@
     above: () => Object.assign(view, { turn: 0, tilt: 0, zoom: 1 }),
   };
   const look = (how) => { VIEW[how](); dirty = true; };
+  function next(id) {
+    if ($(id).hidden) return;
+    $(id).selectedIndex = ($(id).selectedIndex + 1) % $(id).length;
+    chosen();
+  }
+  function chosen() {
+    if (setup) tellCamera();
+    described = -1e9;
+    dirty = true;
+  }
+  $("body").onchange = $("camera").onchange = chosen;
   $("pause").onclick = togglePause;
   $("record").onclick = toggleRecord;
   document.querySelectorAll("[data-view]").forEach((b) => (b.onclick = () => look(b.dataset.view)));
   document.addEventListener("keydown", (e) => {
-    if (e.ctrlKey || e.metaKey || e.altKey) return;
+    if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
     if (e.key === "p") togglePause();
     if (e.key === "r") toggleRecord();
+    if (e.key === "b") next("body");
+    if (e.key === "c") next("camera");
   });
   const KEYS = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "tilt", ArrowDown: "untilt", "+": "in", "=": "in", "-": "out", 0: "above" };
   $("path").addEventListener("keydown", (e) => {

@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr size_t kMostSubscriptions = 64;
+constexpr size_t kLeastRoom = 64;
 
 // A number that is an id, of an object's key.
 std::optional<uint32_t> IdOf(const Json& json) {
@@ -42,7 +42,7 @@ std::vector<uint32_t> FoxgloveClient::Take(const std::string& text) {
     for (const Json& wish : Member(said, "subscriptions")) {
       const auto id = IdOf(Member(wish, "id")), channel = IdOf(Member(wish, "channelId"));
       if (!id || !channel || *channel == 0 || *channel > n_channels_) continue;
-      if (subscriptions_.size() >= kMostSubscriptions) break;
+      if (subscriptions_.size() >= std::max(kLeastRoom, 2 * n_channels_)) break;
       if (subscriptions_.emplace(*id, *channel).second) out.push_back(*channel);
     }
   } else if (op == "unsubscribe") {

@@ -1,6 +1,5 @@
 #include "estimator/publish/web/web_server.h"
 
-#include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
@@ -28,7 +27,7 @@ constexpr size_t kStatesKept = 600;    // for pages that come later
 constexpr size_t kStatesWaiting = 60;  // for a page or client that is slow
 constexpr size_t kMostPosted = 500;    // to the server's thread
 // Kinds of messages to pages; those to Foxglove's clients are their channels.
-enum PageKind { kPageGreeting, kPageState, kPagePicture, kPageFacts };
+enum PageKind { kPageGreeting, kPageState, kPageFacts, kPagePicture };  // and one a camera on
 
 std::shared_ptr<const std::string> Shared(std::string text) {
   return std::make_shared<const std::string>(std::move(text));
@@ -36,7 +35,8 @@ std::shared_ptr<const std::string> Shared(std::string text) {
 
 class AsioWebServer : public WebServer {
  public:
-  explicit AsioWebServer(Options options) : options_(std::move(options)) {
+  explicit AsioWebServer(Options options)
+      : options_(std::move(options)), subscribers_(options_.channels.size() + 1) {
     rules_.token = options_.token;
     for (auto& count : subscribers_) count = 0;
   }
@@ -74,11 +74,12 @@ class AsioWebServer : public WebServer {
       ToPages({kPageState, "", text, false}, kStatesWaiting);
     });
   }
-  void SendPicture(const std::string& json, std::string jpeg) override {
+  void SendPicture(size_t camera, const std::string& json, std::string jpeg) override {
     std::string head;
     for (int i = 0; i < 4; ++i) head += static_cast<char>((json.size() >> (8 * i)) & 0xff);
-    Post([this, head = head + json, image = Shared(std::move(jpeg))] {
-      ToPages({kPagePicture, head, image, true}, 1);
+    const int kind = kPagePicture + static_cast<int>(camera);
+    Post([this, kind, head = head + json, image = Shared(std::move(jpeg))] {
+      ToPages({kind, head, image, true}, 1);
     });
   }
   void SendFacts(std::string json) override {
@@ -113,9 +114,9 @@ class AsioWebServer : public WebServer {
     for (const SessionPtr& page : pages_) page->Send(message, most);
   }
 
-  static void SendTo(WebSession* session, const FoxgloveClient& client, uint32_t channel,
-                     int64_t t_ns, const std::shared_ptr<const std::string>& json) {
-    const size_t most = channel == kImage || channel == kMap ? 1 : kStatesWaiting;
+  void SendTo(WebSession* session, const FoxgloveClient& client, uint32_t channel, int64_t t_ns,
+              const std::shared_ptr<const std::string>& json) const {
+    const size_t most = options_.channels[channel - 1].newest_only ? 1 : kStatesWaiting;
     for (std::string& head : client.Heads(channel, t_ns)) {
       session->Send({static_cast<int>(channel), std::move(head), json, true}, most);
     }
@@ -233,7 +234,7 @@ class AsioWebServer : public WebServer {
   tcp::acceptor acceptor_{io_};
   asio::steady_timer later_{io_};
   std::atomic<size_t> posted_{0}, n_pages_{0};
-  std::array<std::atomic<size_t>, kMap + 1> subscribers_;  // by channel
+  std::vector<std::atomic<size_t>> subscribers_;  // by channel
   // Of the server's thread alone:
   size_t n_connections_ = 0;
   std::vector<SessionPtr> pages_;

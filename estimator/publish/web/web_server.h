@@ -35,8 +35,8 @@ class WebServer {
   virtual uint16_t port() const = 0;
   /// A state to all pages; those of the last seconds are kept for pages that come later.
   virtual void SendState(std::string json) = 0;
-  /// A picture to all pages: a JSON object and a JPEG.
-  virtual void SendPicture(const std::string& json, std::string jpeg) = 0;
+  /// A picture of one of the cameras to all pages: a JSON object and a JPEG.
+  virtual void SendPicture(size_t camera, const std::string& json, std::string jpeg) = 0;
   /// What all pages are told from time to time; the latest is told to pages that come later.
   virtual void SendFacts(std::string json) = 0;
   /// To those who subscribe to its channel.

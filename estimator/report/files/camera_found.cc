@@ -58,18 +58,6 @@ std::string BesidesLine(const LensFound& found) {
          Format("refined with it: the tags' places, by %.2f mm (RMS)", 1e3 * rms_m);
 }
 
-std::vector<std::string> Figures(const LensFound& found) {
-  std::vector<std::string> out = {
-      LensLine(found),
-      Format(
-          "frames left out reproject at %.3f px a coordinate; %d frames of %d views that differ, "
-          "tilted by up to %.0f deg; halves differ by %.1f sigmas",
-          found.calibration.validation.refined.corner_sigma_px, found.calibration.frames,
-          found.views.distinct, kDegreesPerRadian * found.views.tilt_rad, found.halves_ratio)};
-  if (const std::string line = BesidesLine(found); !line.empty()) out.push_back(line);
-  return out;
-}
-
 // Cells as light squares, grey where no corner was seen, and a dot a corner.
 std::string ImagePart(const LensFound& found) {
   const Camera& camera = found.calibration.set_up.rig.front().camera;
@@ -93,7 +81,30 @@ std::string ImagePart(const LensFound& found) {
   return out + "\"/>\n";
 }
 
+std::string SvgHead(const Camera& camera, double height) {
+  return Format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %.0f\">\n",
+                camera.width, height) +
+         "<title>Corners that the camera saw</title>\n";
+}
+
 }  // namespace
+
+std::vector<std::string> CameraFigures(const LensFound& found) {
+  std::vector<std::string> out = {
+      LensLine(found),
+      Format(
+          "frames left out reproject at %.3f px a coordinate; %d frames of %d views that differ, "
+          "tilted by up to %.0f deg; halves differ by %.1f sigmas",
+          found.calibration.validation.refined.corner_sigma_px, found.calibration.frames,
+          found.views.distinct, kDegreesPerRadian * found.views.tilt_rad, found.halves_ratio)};
+  if (const std::string line = BesidesLine(found); !line.empty()) out.push_back(line);
+  return out;
+}
+
+std::string CoverageSvg(const LensFound& found) {
+  const Camera& camera = found.calibration.set_up.rig.front().camera;
+  return SvgHead(camera, camera.height) + ImagePart(found) + "</svg>\n";
+}
 
 std::string CameraVerdict(const LensFound& found) {
   if (found.missing.empty()) return "good: nothing speaks against it";
@@ -106,7 +117,7 @@ std::string CameraVerdict(const LensFound& found) {
 
 std::string CameraFoundText(const LensFound& found) {
   std::string out;
-  for (const std::string& line : Figures(found)) {
+  for (const std::string& line : CameraFigures(found)) {
     out += (out.empty() ? "camera     " : "           ") + line + "\n";
   }
   for (const std::string& line : CoverageLines(found.views)) out += "           " + line + "\n";
@@ -116,7 +127,7 @@ std::string CameraFoundText(const LensFound& found) {
 std::string CameraFoundConfig(const LensFound& found) {
   std::string out = "# By tagtwist_camera; +- is one standard deviation";
   out += Format(" (that of the fit times %.2f, so that it holds).\n", found.inflation());
-  for (const std::string& line : Figures(found)) out += "# " + line + "\n";
+  for (const std::string& line : CameraFigures(found)) out += "# " + line + "\n";
   out += "# " + CameraVerdict(found) +
          "\n# Corners seen, by place in the image (. none, o some, O ten, @ a hundred):\n";
   for (const std::string& line : CoverageLines(found.views)) out += "#   " + line + "\n";
@@ -126,13 +137,10 @@ std::string CameraFoundConfig(const LensFound& found) {
 std::string CameraFoundSvg(const LensFound& found) {
   const Camera& camera = found.calibration.set_up.rig.front().camera;
   const double line = camera.width / 40.0;
-  std::vector<std::string> lines = Figures(found);
+  std::vector<std::string> lines = CameraFigures(found);
   lines.push_back(found.missing.empty() ? CameraVerdict(found) : "not good:");
   lines.insert(lines.end(), found.missing.begin(), found.missing.end());
-  std::string out = Format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %.0f\">\n"
-      "<title>Corners that the camera saw</title>\n",
-      camera.width, camera.height + line * static_cast<double>(lines.size() + 1));
+  std::string out = SvgHead(camera, camera.height + line * static_cast<double>(lines.size() + 1));
   out += "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n" + ImagePart(found);
   for (size_t i = 0; i < lines.size(); ++i) {
     out += Format("<text x=\"%.1f\" y=\"%.1f\" font-family=\"sans-serif\" font-size=\"%.1f\">",

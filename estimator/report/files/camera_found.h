@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "estimator/calibration/lens/lens_from_nothing.h"
 
@@ -14,6 +15,12 @@ std::string CameraVerdict(const LensFound& found);
 
 /// The camera as a configuration (section `camera`), with sigmas, coverage and verdict in comments.
 std::string CameraFoundConfig(const LensFound& found);
+
+/// What there is to say of it, a line each: the lens, how it fits, what was refined besides.
+std::vector<std::string> CameraFigures(const LensFound& found);
+
+/// Where the image saw corners (SVG): a dot each, cells without any marked.
+std::string CoverageSvg(const LensFound& found);
 
 /// A picture (SVG): every corner where the image saw it, cells without any marked, figures and
 /// verdict below.

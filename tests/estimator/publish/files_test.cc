@@ -52,7 +52,8 @@ TEST(McapWriter, EveryMessageIsThereAtOnce) {
   auto writer = McapWriter::Create(path, FoxgloveChannels(PublishedRun()));
   ASSERT_TRUE(writer) << writer.error().message;
   for (size_t i = 0; i < 50; ++i) {
-    ASSERT_TRUE((*writer)->Write({kPose, static_cast<int64_t>(100'000'000 * i), "{}"}));
+    ASSERT_TRUE((*writer)->Write(
+        {ChannelOf(0, OfBody::kPose), static_cast<int64_t>(100'000'000 * i), "{}"}));
     const std::string bytes = ReadText(path);
     const auto records = Records(bytes, 8, bytes.size());
     EXPECT_EQ(records.back().at + records.back().size, bytes.size()) << "a part of a record";
@@ -81,8 +82,9 @@ TEST(McapWriter, TheIndexLeadsToEachMessage) {
   ASSERT_TRUE(writer) << writer.error().message;
   const std::string large(300'000, 'x');  // chunks end by their size, too
   for (int64_t i = 0; i < 60; ++i) {
-    ASSERT_TRUE((*writer)->Write({kPose, 70'000'000 * (i + 1), "{}"}));
-    ASSERT_TRUE((*writer)->Write({kImage, 70'000'000 * (i + 1), i < 30 ? large : ""}));
+    ASSERT_TRUE((*writer)->Write({ChannelOf(0, OfBody::kPose), 70'000'000 * (i + 1), "{}"}));
+    ASSERT_TRUE((*writer)->Write(
+        {ImageChannel(PublishedRun(), 0), 70'000'000 * (i + 1), i < 30 ? large : ""}));
   }
   ASSERT_TRUE((*writer)->Finish());
   const std::string bytes = ReadText(path);

@@ -26,7 +26,8 @@ PublishedRun AnyRun() {
 // A camera over the middle of the mat that looks down.
 PublishedFrame Frame(const PublishedRun& run, int64_t t_ns = 1'234'567'890'123'456'789) {
   PublishedFrame frame;
-  FrameEstimate& state = frame.state;
+  FrameEstimate& state = frame.bodies.front().state;
+  frame.images = {{0, cv::Mat()}};
   state.t_ns = t_ns;
   state.status = FrameStatus::kOk;
   state.state.world_from_body =
@@ -46,8 +47,8 @@ PublishedFrame Frame(const PublishedRun& run, int64_t t_ns = 1'234'567'890'123'4
           Inverse(state.state.world_from_body) * run.set_up.map.CornersInWorld(id)[c],
           &tag.corners[c]));
     }
-    frame.tags.push_back(tag);
-    frame.used_tags.push_back(id);
+    frame.bodies.front().tags.push_back(tag);
+    frame.bodies.front().used_tags.push_back(id);
   }
   return frame;
 }
@@ -64,7 +65,7 @@ TEST(StateJson, HasTheNumbersOfStatesCsv) {
   const PublishedFrame frame = Frame(run);
   const std::string text = StateJson(run, frame);
   const Json json = Json::parse(text);
-  const auto cells = Cells(FormatStatesRow(frame.state));
+  const auto cells = Cells(FormatStatesRow(frame.bodies[0].state));
   size_t column = 1;
   for (const char* key : {"position", "orientation", "linear_velocity", "angular_velocity"}) {
     for (const Json& value : json[key]) EXPECT_EQ(value.get<double>(), std::stod(cells[column++]));
@@ -86,31 +87,31 @@ TEST(StateJson, HasTheNumbersOfStatesCsv) {
 TEST(StateJson, AFrameWithoutAStateHasNone) {
   const PublishedRun run = AnyRun();
   PublishedFrame frame = Frame(run, -1);
-  frame.state.status = FrameStatus::kNoFix;
+  frame.bodies[0].state.status = FrameStatus::kNoFix;
   const Json json = Json::parse(StateJson(run, frame));
   EXPECT_TRUE(json["position"].is_null());
   EXPECT_TRUE(json["covariance"].is_null());
   EXPECT_EQ(json["stamp"]["sec"], -1);
   EXPECT_EQ(json["stamp"]["nsec"], 999999999);
-  EXPECT_EQ(NumberMessages(run, frame, "{}").size(), 1u);
+  EXPECT_EQ(NumberMessages(run, frame, {"{}"}).size(), 1u);
 }
 
 TEST(FoxgloveMessages, AreJsonWithTheNumbersOfTheState) {
   const PublishedRun run = AnyRun();
   const PublishedFrame frame = Frame(run);
-  const auto messages = NumberMessages(run, frame, StateJson(run, frame));
+  const auto messages = NumberMessages(run, frame, StateJsons(run, frame));
   ASSERT_EQ(messages.size(), 4u);
-  const Json pose = Json::parse(messages[1].json), twist = Json::parse(messages[3].json);
+  const Json pose = Json::parse(messages[1].json), twist = Json::parse(messages[2].json);
   EXPECT_EQ(pose["pose"]["position"]["x"].get<double>(), 1.712345679);
   EXPECT_EQ(twist["angular"]["z"].get<double>(), -2);
-  const Json transforms = Json::parse(messages[2].json)["transforms"];
+  const Json transforms = Json::parse(messages[3].json)["transforms"];
   ASSERT_EQ(transforms.size(), 2u);
   EXPECT_EQ(transforms[0]["parent_frame_id"], "world");
   EXPECT_EQ(transforms[1]["child_frame_id"], "cam0");
   const Json map = Json::parse(MapMessage(run, 5).json);
   EXPECT_EQ(map["entities"][0]["lines"][0]["points"].size(), 108u * 8);
   EXPECT_EQ(map["entities"][0]["texts"].size(), 108u);
-  EXPECT_EQ(Json::parse(ImageMessage(run, 5, "\xff\xd8").json)["data"], "/9g=");
+  EXPECT_EQ(Json::parse(ImageMessage(run, 0, 5, "\xff\xd8").json)["data"], "/9g=");
 }
 
 TEST(FoxgloveMessages, Base64OfRfc4648) {
@@ -126,9 +127,9 @@ TEST(FoxgloveMessages, Base64OfRfc4648) {
 TEST(PictureNumbers, TagsAreWhereTheStateHasThem) {
   const PublishedRun run = AnyRun();
   PublishedFrame frame = Frame(run);
-  frame.tags[1].corners[0].x() += 30;
-  frame.used_tags.pop_back();
-  const Json json = Json::parse(PictureNumbers(run).Json(frame));
+  frame.bodies[0].tags[1].corners[0].x() += 30;
+  frame.bodies[0].used_tags.pop_back();
+  const Json json = Json::parse(PictureNumbers(run).Json(frame, 0));
   ASSERT_EQ(json["seen"].size(), 2u);
   EXPECT_TRUE(json["seen"][0]["used"].get<bool>());
   EXPECT_FALSE(json["seen"][1]["used"].get<bool>());
@@ -147,8 +148,8 @@ TEST(PictureNumbers, TagsAreWhereTheStateHasThem) {
     EXPECT_NEAR(tag["axes"][0].get<double>(), middle, 0.5);
   }
   EXPECT_EQ(found, 1);
-  frame.state.status = FrameStatus::kNoFix;
-  EXPECT_TRUE(Json::parse(PictureNumbers(run).Json(frame))["map"].empty());
+  frame.bodies[0].state.status = FrameStatus::kNoFix;
+  EXPECT_TRUE(Json::parse(PictureNumbers(run).Json(frame, 0))["map"].empty());
 }
 
 TEST(LiveVerdict, SaysWhatSpeaksAgainstIt) {
@@ -158,29 +159,31 @@ TEST(LiveVerdict, SaysWhatSpeaksAgainstIt) {
   EXPECT_EQ(verdict.Text(), "No frame has come yet.");
   PublishedFrame frame = Frame(run, 0);
   for (int i = 0; i < 30; ++i) {
-    frame.state.t_ns += 20'000'000;
-    verdict.Add(frame, numbers);
+    frame.bodies[0].state.t_ns += 20'000'000;
+    verdict.Add(frame, 0, numbers);
   }
   EXPECT_EQ(verdict.Text(), "Nothing in the last seconds speaks against it.");
   EXPECT_NEAR(verdict.RateHz(), 50, 1e-6);
   EXPECT_TRUE(verdict.Aside().empty());
-  frame.tags[1].corners[0].x() += 30;
-  frame.used_tags.pop_back();
+  frame.bodies[0].tags[1].corners[0].x() += 30;
+  frame.bodies[0].used_tags.pop_back();
   for (int i = 0; i < 30; ++i) {
-    frame.state.t_ns += 20'000'000;
-    verdict.Add(frame, numbers);
+    frame.bodies[0].state.t_ns += 20'000'000;
+    verdict.Add(frame, 0, numbers);
   }
   ASSERT_EQ(verdict.Aside().size(), 1u);
   EXPECT_EQ(verdict.Aside()[0].id, 53);
   EXPECT_EQ(verdict.Text().rfind("Not to be relied on as it is: tag 53 lies", 0), 0u)
       << verdict.Text();
-  frame.state.status = FrameStatus::kNoFix;
-  frame.tags.clear();
-  verdict.Add(frame, numbers);
+  frame.bodies[0].state.status = FrameStatus::kNoFix;
+  frame.bodies[0].tags.clear();
+  verdict.Add(frame, 0, numbers);
   EXPECT_EQ(verdict.Text(), "No state: no tag of the map is in view.");
-  const Json facts = Json::parse(FactsJson(verdict, frame, "null"));
-  EXPECT_EQ(facts["status"], "no_fix");
-  EXPECT_EQ(facts["set_aside"].size(), 1u);
+  LiveVerdicts verdicts(run);
+  verdicts.Add(frame, numbers);
+  const Json facts = Json::parse(verdicts.FactsJson(frame, "null"));
+  EXPECT_EQ(facts["status"]["body"], "no_fix");
+  EXPECT_EQ(facts["verdict"], verdict.Text());
 }
 
 TEST(LivePage, IsOneFileThatFetchesNothing) {

@@ -27,11 +27,12 @@ PublishedRun AnyRun() {
 
 FramePtr Frame(int64_t t_ns, const cv::Mat& image = cv::Mat()) {
   PublishedFrame frame;
-  frame.state.t_ns = t_ns;
-  frame.state.status = FrameStatus::kOk;
-  frame.state.state.world_from_body = MakePose(Eigen::Quaterniond(0, -1, 0, 0), {1.7, 1.3, 1.2});
-  frame.state.covariance.setIdentity();
-  frame.image = image;
+  FrameEstimate& state = frame.bodies.front().state;
+  state.t_ns = t_ns;
+  state.status = FrameStatus::kOk;
+  state.state.world_from_body = MakePose(Eigen::Quaterniond(0, -1, 0, 0), {1.7, 1.3, 1.2});
+  state.covariance.setIdentity();
+  frame.images = {{0, image}};
   return std::make_shared<const PublishedFrame>(std::move(frame));
 }
 

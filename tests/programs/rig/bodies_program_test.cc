@@ -143,6 +143,42 @@ TEST_F(BodiesProgram, EachBoardHasAnEstimateOfItsOwn) {
   }
 }
 
+// Of a table whose last column is a body's name, the rows of one without it, under the header.
+std::string RowsOf(const std::string& body, const std::string& text) {
+  std::istringstream lines(text);
+  std::string out;
+  for (std::string line; std::getline(lines, line);) {
+    const size_t comma = line.rfind(',');
+    const std::string name = line.substr(comma + 1);
+    if (out.empty() ? name == "body" : name == body) out += line.substr(0, comma) + "\n";
+  }
+  return out;
+}
+
+TEST_F(BodiesProgram, StreamsNameEachBoard) {
+  Estimate("results",
+           {"--dataset", "both", "--config", "bodies.yaml", "--use_detections", "--sliding_window",
+            "--publish", "csv:rows.csv", "--publish", "mcap:a.mcap"});
+  const std::string rows = ReadText(Path("rows.csv")), messages = ReadText(Path("a.mcap"));
+  for (const std::string name : {"slow", "spinning"}) {
+    EXPECT_EQ(RowsOf(name, rows), ReadText(Path("results/states_" + name + ".csv")));
+    EXPECT_THAT(messages, HasSubstr("/tagtwist/" + name + "/twist"));
+    EXPECT_THAT(messages, HasSubstr("\"child_frame_id\":\"" + name + "\""));
+  }
+  EXPECT_THAT(messages, HasSubstr("/tagtwist/right/image"));
+
+  std::string config = ReadText(Path("bodies.yaml"));
+  config.replace(config.find("name: spinning"), 14, "name: right");
+  WriteText(Path("alike.yaml"), config);
+  const ProgramRun refused =
+      RunProgram(folder_.path(), "tagtwist_estimate",
+                 {"--dataset", "both", "--config", "alike.yaml", "--use_detections",
+                  "--sliding_window", "--publish", "mcap:b.mcap"});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("bodies: right is what another body, a camera"));
+  EXPECT_FALSE(fs::exists(Path("b.mcap")));
+}
+
 TEST_F(BodiesProgram, OneBoardOfSeveralIsWhatItIsAlone) {
   Estimate("results", {"--dataset", "both", "--config", "bodies.yaml", "--use_detections"});
   Estimate("alone", {"--dataset", "spinning", "--config", "spinning.yaml", "--use_detections"});
@@ -168,7 +204,9 @@ TEST_F(BodiesProgram, ABoardThatAMovingCameraSeesIsPutIntoTheWorld) {
                       "--corner_noise_px", "0.2"});
   for (const bool window : {false, true}) {
     Arguments arguments = {"--dataset", "flight", "--config", "carried.yaml", "--use_detections"};
-    if (window) arguments.emplace_back("--sliding_window");
+    if (window) {
+      arguments.insert(arguments.end(), {"--sliding_window", "--publish", "csv:rows.csv"});
+    }
     const nlohmann::json summary = Estimate("results", arguments);
     ASSERT_EQ(summary["bodies"].size(), 1U);
     const States states =
@@ -179,6 +217,8 @@ TEST_F(BodiesProgram, ABoardThatAMovingCameraSeesIsPutIntoTheWorld) {
     EXPECT_LT(states.position_nees, 1.8);
     EXPECT_LT(states.speed_nees, 1.8);
   }
+  EXPECT_EQ(RowsOf("board", ReadText(Path("rows.csv"))),
+            ReadText(Path("results/states_board.csv")));
 }
 
 TEST_F(BodiesProgram, FilesOfBodiesThatAnOlderRunHadGo) {

@@ -1,0 +1,189 @@
+"""The page of tagtwist_camera in a real browser: the image with the corners found, what to show next, where the image was
+covered, sigmas and verdict; nothing on the console; refused without the token.
+
+python3 camera_page_test.py PROGRAMS [SCREENSHOTS]; exit status 77 where there is no Chromium."""
+import json
+import math
+import os
+import queue
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+import browser
+import live_run
+
+SHEET = ('tag_map:\n  family: tag36h11\n'
+         '  grid: {rows: 6, columns: 6, tag_size_m: 0.03, row_gaps_m: 0.01, column_gaps_m: 0.01}\n')
+CAMERA = ('camera: {width: 320, height: 240, fx: 231.7, fy: 230.9, cx: 162.3, cy: 117.8, distortion: [-0.21, 0.05, 0.0004, -0.0006]}\n'
+          'cam_from_body: {rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], translation_m: [0, 0, 0]}\n')
+
+
+def product(a, b):
+    (x, y, z, w), (i, j, k, r) = a, b
+    return (w * i + x * r + y * k - z * j, w * j - x * k + y * r + z * i, w * k + x * j - y * i + z * r, w * r - x * i - y * j - z * k)
+
+
+def about(axis, angle):
+    return tuple(math.sin(angle / 2) * c for c in axis) + (math.cos(angle / 2),)
+
+
+def way(seconds):
+    """A camera that circles over the sheet and looks at it, hardly tilted at first, then from up to 46 degrees aside."""
+    out = 't,x,y,z,qx,qy,qz,qw\n'
+    for i in range(int(50 * seconds) + 2):
+        t = 0.02 * i
+        turn = 2 * math.pi * t / 6
+        tilt, azimuth = min(0.8, max(0.04, 0.1 * (t - 6))) * math.sin(turn / 2.3), turn / 7.1
+        side = (math.sin(tilt) * math.cos(azimuth), math.sin(tilt) * math.sin(azimuth), math.cos(tilt))
+        target = (0.115 + 0.07 * math.sin(turn / 1.7), 0.115 + 0.07 * math.sin(turn / 3.7), 0)
+        distance = 0.2 + 0.05 * math.sin(turn / 4.1)
+        # The z axis turned to `side` about what is across both, then the camera looks down.
+        leaning = about((-math.sin(azimuth), math.cos(azimuth), 0), tilt)
+        q = product(product(leaning, (0, 1, 0, 0)), about((0, 0, 1), 0.8 * math.sin(turn / 5.3)))
+        place = [target[k] + distance * side[k] for k in range(3)]
+        out += ','.join(f'{v:.9f}' for v in (t, *place, *q)) + '\n'
+    return out
+
+
+class Calibration:
+    """tagtwist_camera with a page over a film in a folder of its own."""
+
+    def __init__(self, programs, seconds, more=()):
+        self.folder = tempfile.TemporaryDirectory(prefix='tagtwist-camera-')
+        self.programs = os.path.abspath(programs)
+        for name, text in (('sheet.yaml', SHEET), ('truth.yaml', CAMERA + SHEET), ('way.csv', way(seconds))):
+            with open(self.path(name), 'w', encoding='utf-8') as file:
+                file.write(text)
+        subprocess.run([os.path.join(self.programs, 'tagtwist_simulate'), '--output', 'film', '--config', 'truth.yaml', '--trajectory',
+                        'way.csv', '--imu_rate', '0', '--rate', '10', '--duration', str(seconds), '--scribble', '0'],
+                       cwd=self.folder.name, check=True, stdout=subprocess.DEVNULL)
+        self.process = subprocess.Popen(
+            [os.path.join(self.programs, 'tagtwist_camera'), '--from', 'film', '--map', 'sheet.yaml', '--output', 'camera.yaml',
+             '--report', 'camera.html', '--page', '0', *more], cwd=self.folder.name, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.lines, self.told = queue.Queue(), []
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def _read(self):
+        for line in self.process.stdout:
+            self.told.append(line)
+            self.lines.put(line)
+
+    def link(self):
+        while True:
+            found = re.match(r'page +(\S+)$', self.lines.get(timeout=60))
+            if found:
+                return found.group(1)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.folder.cleanup()
+
+
+FOUND = '''(() => ({
+  status: document.getElementById("status").textContent, words: document.getElementById("words").textContent,
+  next: [...document.querySelectorAll("#next li")].map((line) => line.textContent),
+  kept: Number(document.getElementById("kept").textContent), share: document.getElementById("covered-share").textContent,
+  rows: [...document.querySelectorAll("#rows tr")].map((row) => [...row.children].map((c) => c.textContent)),
+  wider: document.documentElement.scrollWidth > innerWidth,
+  unnamed: [...document.querySelectorAll("button, canvas, section")].filter((e) => !(e.getAttribute("aria-label") || e.getAttribute("aria-labelledby") || e.textContent.trim())).length,
+  covered: document.getElementById("cover").getAttribute("aria-label"), view: document.getElementById("view").getAttribute("aria-label"),
+}))()'''
+
+GREEN = '''(() => {
+  const canvas = document.getElementById("view"), pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let n = 0;
+  for (let i = 0; i < pixels.length; i += 4) if (pixels[i] === 0x3b && pixels[i + 1] === 0xd6 && pixels[i + 2] === 0x5a) n++;
+  return n;
+})()'''
+
+
+def check_page(page):
+    page.wait('document.getElementById("view").dataset.t')
+    page.wait('Number(document.getElementById("kept").textContent) > 0')
+    page.wait('document.getElementById("view").getAttribute("aria-label").match(/with [1-9]/)')
+    found = page.run(FOUND)
+    print(found)
+    assert not found['wider'] and found['unnamed'] == 0, found
+    assert found['status'] in ('looking', 'calibrating'), found
+    assert page.run(GREEN) > 100  # corners are marked
+    assert '%' in found['covered'] and '%' in found['share'], found
+
+
+def check_keys(page):
+    press = 'document.dispatchEvent(new KeyboardEvent("keydown", {key: "KEY", bubbles: true}))'
+    for key, button in (('p', 'pause'), ('c', 'covered-toggle')):
+        before = page.run(f'document.getElementById("{button}").getAttribute("aria-pressed")')
+        page.run(press.replace('KEY', key))
+        assert page.run(f'document.getElementById("{button}").getAttribute("aria-pressed")') != before
+        page.run(press.replace('KEY', key))
+
+
+def check_end(page, run):
+    page.wait('document.getElementById("status").textContent === "good"')
+    found = page.run(FOUND)
+    print(found)
+    sigmas = {row[0]: (float(row[2]), float(row[3])) for row in found['rows']}
+    assert all(now <= first for now, first in sigmas.values()) and sigmas['fx [px]'][0] < 0.7 * sigmas['fx [px]'][1], sigmas
+    numbers = {row[0].split(' ')[0]: (float(row[1]), float(row[2])) for row in found['rows']}
+    for name, true in (('fx', 231.7), ('fy', 230.9), ('cx', 162.3), ('cy', 117.8)):
+        value, sigma = numbers[name]
+        assert abs(value - true) < 5 * sigma and sigma < 2, (name, value, sigma)
+    assert found['next'] == [] and 'nothing speaks against it' in found['words'], found
+    assert run.process.wait(timeout=60) == 0, run.process.stderr.read()
+    with open(run.path('camera.html'), encoding='utf-8') as file:
+        report = file.read()
+    assert 'nothing speaks against it' in report and '<svg' in report and 'fx [px]' in report
+
+
+def check_refused(programs):
+    """From elsewhere only with the token."""
+    with Calibration(programs, 3, ['--listen', '0.0.0.0']) as run:
+        link = run.link()
+        found = re.match(r'http://[^:/]+:(\d+)/\?token=([0-9a-f]{32})$', link)
+        assert found, link
+        port, token = int(found.group(1)), found.group(2)
+        for target, wanted in (('/', b'403'), ('/?token=' + '0' * 32, b'403'), ('/?token=' + token, b'200'), ('/camera.yaml?token=' + token, b'404')):
+            answer = live_run.said(port, live_run.request(port, target=target))
+            assert answer.split(b' ')[1] == wanted, (target, answer[:200])
+
+
+def main():
+    if not browser.is_there():
+        print('chromium is not installed')
+        return 77
+    check_refused(sys.argv[1])
+    shots = sys.argv[2] if len(sys.argv) > 2 else None
+    with browser.Browser() as chromium, Calibration(sys.argv[1], 40) as run:
+        link = run.link()
+        for name, size, dark, phone in (('camera-desktop-light', (1280, 900), False, False), ('camera-phone-dark', (390, 844), True, True)):
+            page = chromium.open(link, *size, dark=dark, phone=phone)  # only the page in front is drawn
+            check_page(page)
+            if not phone:
+                check_keys(page)
+                page.wait('document.querySelectorAll("#rows tr").length > 3')  # of views that are not good yet
+                assert page.run('document.getElementById("status").textContent') != 'good'
+            if shots:
+                page.screenshot(f'{shots}/{name}.png')
+        check_end(page, run)
+        if shots:
+            page.screenshot(f'{shots}/camera-end.png')
+        own = ('ERR_CONNECTION_REFUSED', 'willReadFrequently')
+        faults = [fault for fault in chromium.faults if not any(word in fault for word in own)]
+        assert not faults, faults
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
