@@ -36,8 +36,8 @@ def way(seconds):
     out = 't,x,y,z,qx,qy,qz,qw\n'
     for i in range(int(50 * seconds) + 2):
         t = 0.02 * i
-        turn = 2 * math.pi * t / 6
-        tilt, azimuth = min(0.8, max(0.04, 0.1 * (t - 6))) * math.sin(turn / 2.3), turn / 7.1
+        turn = 2 * math.pi * t / 3
+        tilt, azimuth = min(0.8, max(0.04, 0.1 * (t - 8))) * math.sin(turn / 2.3), turn / 7.1
         side = (math.sin(tilt) * math.cos(azimuth), math.sin(tilt) * math.sin(azimuth), math.cos(tilt))
         target = (0.115 + 0.07 * math.sin(turn / 1.7), 0.115 + 0.07 * math.sin(turn / 3.7), 0)
         distance = 0.2 + 0.05 * math.sin(turn / 4.1)

@@ -17,12 +17,28 @@ namespace {
 
 constexpr size_t kMostKept = 80;
 
-// What was kept so far; `looks` and `first` frame by frame.
+// What was kept so far; `looks`, `first` and `is_new` frame by frame.
 struct Kept {
   Looks looks;
   std::vector<FrameMeasurements> first;
-  bool wants_next = false;  // the frame after the last one, which tells how the camera moved
+  std::vector<bool> is_new;  // false: the frame after one that is, which tells how the camera moved
+  bool wants_next = false;   // the frame after the last one
 };
+
+// Makes room: of the frames that are new every second one goes, with its next.
+void Thin(Kept* kept) {
+  Kept out;
+  out.looks.width = kept->looks.width, out.looks.height = kept->looks.height;
+  bool stays = false;
+  for (size_t i = 0; i < kept->first.size(); ++i) {
+    if (kept->is_new[i]) stays = !stays;
+    if (!stays) continue;
+    out.looks.looks.push_back(std::move(kept->looks.looks[i]));
+    out.first.push_back(std::move(kept->first[i]));
+    out.is_new.push_back(kept->is_new[i]);
+  }
+  *kept = std::move(out);
+}
 
 // Mean distance of the corners that both see, in image widths; 1 where there are none.
 double Apart(const std::vector<TagDetection>& a, const std::vector<TagDetection>& b, int width) {
@@ -48,11 +64,13 @@ bool IsNew(const std::vector<TagDetection>& tags, const Kept& kept) {
 // Whether the frame was kept as one that differs from all before.
 bool Take(const Frame& frame, std::vector<TagDetection> tags, Kept* kept) {
   constexpr double kNearS = 0.1;
-  if (tags.size() < 2 || kept->first.size() >= kMostKept) return false;
+  if (tags.size() < 2) return false;
   const bool is_next = std::exchange(kept->wants_next, false) &&
                        ToSeconds(frame.t_ns - kept->first.back().t_ns) <= kNearS;
   const bool is_new = !is_next && IsNew(tags, *kept);
   if (!is_next && !is_new) return false;
+  if (is_new && kept->first.size() + 2 > kMostKept) Thin(kept);
+  kept->is_new.push_back(is_new);
   kept->looks.looks.push_back({frame.t_ns, frame.image.clone(), {}});
   kept->first.emplace_back();
   kept->first.back().t_ns = frame.t_ns;
@@ -135,15 +153,20 @@ class Trials {
   std::future<Tried> under_way_;  // last member: it uses the others
 };
 
-void Show(const Trials& trials, const Kept& kept, bool was_kept, const CameraGuide& guide,
-          GuideView* view) {
-  view->kept = kept.first.size();
-  if (was_kept) {
-    for (const TagDetection& tag : view->tags) {
-      CountCorners(tag, kept.looks.width, kept.looks.height, &view->seen);
+ViewsJudged CornersOf(const Kept& kept) {
+  ViewsJudged out;
+  for (const FrameMeasurements& frame : kept.first) {
+    for (const TagDetection& tag : frame.tags) {
+      CountCorners(tag, kept.looks.width, kept.looks.height, &out);
     }
-    view->seen.pixels.clear();
   }
+  out.pixels.clear();
+  return out;
+}
+
+void Show(const Trials& trials, const Kept& kept, const CameraGuide& guide, GuideView* view) {
+  if (view->kept != kept.first.size()) view->seen = CornersOf(kept);
+  view->kept = kept.first.size();
   if (!trials.last().words.empty()) view->words = trials.last().words;
   view->is_calibrating = trials.is_under_way();
   view->lens = trials.last().lens;
@@ -162,7 +185,7 @@ Result<LensFound> GuideCamera(const CameraJob& job, const TagMap& map, DataSourc
   guide.tell(view.words);
   Kept kept;
   Trials trials(job, map, guide);
-  while (!guide.stop() && kept.first.size() < kMostKept) {
+  while (!guide.stop()) {
     auto frame = camera->Next();
     if (!frame) return frame.error();
     if (!*frame) break;
@@ -171,10 +194,9 @@ Result<LensFound> GuideCamera(const CameraJob& job, const TagMap& map, DataSourc
     view.t_ns = (*frame)->t_ns;
     view.image = (*frame)->image;
     view.tags = TagsOfMap(detector->Detect(view.image), map, kept.looks, options.border_px);
-    const size_t before = kept.first.size();
     const bool is_new = Take(**frame, view.tags, &kept);
     const bool is_good = trials.Try(kept, is_new);
-    if (guide.show) Show(trials, kept, kept.first.size() > before, guide, &view);
+    if (guide.show) Show(trials, kept, guide, &view);
     if (is_good) return *trials.last().lens;
   }
   if (kept.first.empty()) return Error{job.recording + ": no frame showed two tags"};

@@ -40,7 +40,8 @@ struct CameraGuide {
 
 /// The lens of a live camera: keeps frames that differ from those kept (each with the next one),
 /// tells what is still missing, and ends when the lens is good; told to stop, or where the camera
-/// ends, by what there is, as FindCamera. Keeps 80 frames at most.
+/// ends, by what there is, as FindCamera. Keeps 80 frames at most: then every second one makes
+/// room.
 Result<LensFound> GuideCamera(const CameraJob& job, const TagMap& map, DataSource* camera,
                               const CameraGuide& guide);
 

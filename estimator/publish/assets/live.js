@@ -59,8 +59,7 @@
     $(id).hidden = names.length < 2;
   }
   function tellCamera() {
-    const stands = camera().stands !== null;
-    setText("camera-name", $("camera").hidden || stands ? $("camera").value + (stands ? " stands" : " on " + setup.bodies[0]) : "on " + setup.bodies[0]);
+    setText("camera-name", ($("camera").hidden ? $("camera").value + " " : "") + (camera().stands ? "stands" : "on " + setup.bodies[0]));
   }
 
   function takeState(state) {
