@@ -131,7 +131,7 @@ def check_keys(page):
 
 
 def check_end(page, run):
-    page.wait('document.getElementById("status").textContent === "good"')
+    page.wait('document.getElementById("status").textContent === "good"', timeout_s=60)
     found = page.run(FOUND)
     print(found)
     sigmas = {row[0]: (float(row[2]), float(row[3])) for row in found['rows']}
@@ -172,7 +172,7 @@ def main():
             check_page(page)
             if not phone:
                 check_keys(page)
-                page.wait('document.querySelectorAll("#rows tr").length > 3')  # of views that are not good yet
+                page.wait('document.querySelectorAll("#rows tr").length > 3', timeout_s=60)  # of views that are not good yet
                 assert page.run('document.getElementById("status").textContent') != 'good'
             if shots:
                 page.screenshot(f'{shots}/{name}.png')
