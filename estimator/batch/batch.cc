@@ -6,7 +6,9 @@
 
 #include "estimator/batch/batch_audit.h"
 #include "estimator/batch/batch_states.h"
+#include "estimator/batch/first_solve.h"
 #include "estimator/batch/model_choice.h"
+#include "estimator/batch/two_poses.h"
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
@@ -80,10 +82,10 @@ class BatchEstimator::Impl {
                             Ways* ways) const;
 
   // Solves and learns, again and again without the tags that the solution contradicts. Leaves in
-  // `input` the states and the tags that were used.
+  // `input` the states and the tags that were used, in `open` what these leave open.
   Result<Solution> SolveWithTrustedTags(const Measurements& measurements,
                                         const std::vector<int>& state_of_frame, GraphInput* input,
-                                        NoiseModel* noise) const;
+                                        NoiseModel* noise, std::vector<OpenAccounts>* open) const;
   // The rows of all frames, from where the graph has them; of those that had no state in it (-1)
   // from the trajectory.
   void FillFrames(const Measurements& measurements, std::vector<GraphFrame> solved,
@@ -115,10 +117,12 @@ void BatchEstimator::Impl::Add(FrameMeasurements measurement) {
 
 Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& measurements,
                                                             const std::vector<int>& state_of_frame,
-                                                            GraphInput* input,
-                                                            NoiseModel* noise) const {
+                                                            GraphInput* input, NoiseModel* noise,
+                                                            std::vector<OpenAccounts>* open) const {
   const SolveOptions options{setup_.options.max_iterations, 0};
-  auto solution = SolveAndLearn(setup_, options, input, noise);
+  auto solution = SolveFromStarts(setup_, options, input, noise);
+  if (!solution) return solution;
+  solution = DecideTwoPoses(setup_, options, std::move(*solution), input, noise, open);
   if (!solution) return solution;
   std::vector<const std::vector<TagDetection>*> seen;  // in each state
   for (size_t i = 0; i < state_of_frame.size(); ++i) {
@@ -133,7 +137,9 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
     solution = SolveAndLearn(setup_, options, input, noise);
     if (!solution) return solution;
   }
-  return LetMotionVary(setup_, options, std::move(*solution), input, noise);
+  solution = LetMotionVary(setup_, options, std::move(*solution), input, noise);
+  if (!solution) return solution;
+  return DecideTwoPoses(setup_, options, std::move(*solution), input, noise, open);
 }
 
 void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
@@ -182,12 +188,14 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   const std::vector<int> state_of_frame = StatesOfFrames(setup_, *starts, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, segmenter_.segments(), &*starts);
   TrackTally tracks = TallyOf(input.segments);
-  auto solution = SolveWithTrustedTags(measurements, state_of_frame, &input, &out.noise);
+  std::vector<OpenAccounts> open;
+  auto solution = SolveWithTrustedTags(measurements, state_of_frame, &input, &out.noise, &open);
   if (!solution) return solution.error();
 
   std::vector<StateCovariance> covariances = StateCovariances(setup_, out.noise, input, &*solution);
   out.trajectory =
       MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
+  const std::vector<bool> ambiguous = CoverTwoPoses(open, &out.trajectory, &covariances);
   out.systematic = AddSystematic(setup_, out.noise, solution->graph, input.frames, &out.trajectory,
                                  &covariances);
   *solution = Solution();  // its memory is for the rows
@@ -205,6 +213,7 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   out.warnings = doubled.Warnings();
   *ways = WaysWithoutTwins(setup_, solved, doubled);
   FillFrames(measurements, std::move(*starts), state_of_frame, covariances, clock, &out);
+  TellAmbiguous(ambiguous, state_of_frame, &out.frames);
   for (std::string& warning : audit.Warnings()) out.warnings.push_back(std::move(warning));
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);

@@ -65,6 +65,7 @@ struct GraphFrame {
   /// What else was measured: factors on this frame's state, index 0 in their blocks, and on those
   /// before it, -1, -2, ... Where one of these has left, the prior holds the factor.
   std::vector<Factor> others;
+  bool leaves_open = false;  // its tags alone may have been seen from another pose, too
 };
 
 /// Consecutive frames, the pieces of tracks that lie wholly in them, and what is known from before.

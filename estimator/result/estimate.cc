@@ -10,6 +10,8 @@ const char* ToString(FrameStatus status) {
       return "hurried";
     case FrameStatus::kPredicted:
       return "predicted";
+    case FrameStatus::kAmbiguous:
+      return "ambiguous";
     case FrameStatus::kNoFix:
       return "no_fix";
   }

@@ -19,9 +19,11 @@ enum class FrameStatus {
   kOk,         // tags of its own
   kHurried,    // tags of its own, but a deadline came before all was refined (window mode)
   kPredicted,  // no tag: tracks, neighbours and the motion prior
+  kAmbiguous,  // two poses are open: the state is the likelier, the covariance has both in it
   kNoFix,      // window mode, before the first tag or while two attitudes are open: no state
 };
-const char* ToString(FrameStatus status);  // "ok", "hurried", "predicted", "no_fix"
+// "ok", "hurried", "predicted", "ambiguous", "no_fix"
+const char* ToString(FrameStatus status);
 
 /// One frame of the result. With kNoFix the state and covariance mean nothing.
 struct FrameEstimate {

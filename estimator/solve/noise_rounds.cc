@@ -28,10 +28,28 @@ struct NoiseRound {
   bool has_dropped = false;
 };
 
+// What is known of corners that say nothing of their noise themselves, beside few that show it: by
+// chance these lie next to nothing from their predictions. So many observations of that deviation.
+VarianceStatistic KnownOfCorners(const GraphInput& input) {
+  constexpr double kUsualSigmaPx = 0.25, kWeight = 3;
+  constexpr size_t kEnough = 10;  // degrees of freedom
+  size_t rows = 0, taken = 0;
+  for (const GraphFrame& frame : input.frames) {
+    for (const TagDetection& tag : frame.tags) {
+      if (tag.covariance) return {};
+      rows += 8;
+    }
+    if (!frame.tags.empty()) taken += 6;
+    if (rows >= taken + kEnough) return {};
+  }
+  return {kWeight * kUsualSigmaPx * kUsualSigmaPx, kWeight};
+}
+
 // SolveAndLearn, by what makes a round.
 template <typename MakeRound>
 Result<Solution> Learn(const EstimatorOptions& options, bool is_open, const LearnOptions& learn,
-                       const TimeUp& time_up, NoiseModel* noise, const MakeRound& make_round) {
+                       const VarianceStatistic& known_of_corners, const TimeUp& time_up,
+                       NoiseModel* noise, const MakeRound& make_round) {
   constexpr int kMaxRounds = 20;
   constexpr double kNear = 0.05;  // with less to go a round's solution may be the last
   NoiseExtrapolation extrapolation;
@@ -40,6 +58,7 @@ Result<Solution> Learn(const EstimatorOptions& options, bool is_open, const Lear
     const bool may_be_last = change < kNear;
     NoiseRound round = make_round(*noise, may_be_last);
     if (!round.solution) return round.solution.error();
+    round.statistics.corner += known_of_corners;
     const NoiseModel updated = UpdateNoise(*noise, round.statistics, options, learn.least_dof);
     change = NoiseChange(updated, *noise);
     if (may_be_last && change < learn.settled && !round.has_dropped) {
@@ -75,7 +94,8 @@ Result<Solution> LearnInGraph(const EstimatorSetup& setup, const SolveOptions& o
   };
   // Segments may have to go even where all noise is given.
   const bool is_open = AnyNoiseIsOpen(setup.options) || !input->segments.empty();
-  return Learn(setup.options, is_open, learn, options.time_up, noise, round);
+  return Learn(setup.options, is_open, learn, KnownOfCorners(*input), options.time_up, noise,
+               round);
 }
 
 // SolveAndLearn by a chain of that graph, where there are no points; an error where it takes damped
@@ -96,8 +116,8 @@ Result<Solution> LearnInChain(const EstimatorSetup& setup, const SolveOptions& o
     return {Solution{{}, std::move(solved->covariance), solved->log_likelihood, solved->cost},
             statistics, false};
   };
-  auto solution =
-      Learn(setup.options, AnyNoiseIsOpen(setup.options), learn, options.time_up, noise, round);
+  auto solution = Learn(setup.options, AnyNoiseIsOpen(setup.options), learn, KnownOfCorners(*input),
+                        options.time_up, noise, round);
   if (!solution) return solution;
   solution->graph = std::move(chain).TakeGraph();
   TakeStates(solution->graph, &input->frames);

@@ -5,10 +5,9 @@
 #include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist::internal {
-namespace {
 
-std::optional<double> CostAt(const EstimatorSetup& setup, const NoiseModel& noise,
-                             const GraphFrame& frame, const Pose& world_from_body) {
+std::optional<double> CornerCost(const EstimatorSetup& setup, const NoiseModel& noise,
+                                 const GraphFrame& frame, const Pose& world_from_body) {
   double sum = 0;
   for (const TagDetection& tag : frame.tags) {
     const MountedCamera seen_by = setup.CameraOf(tag.camera);
@@ -24,15 +23,13 @@ std::optional<double> CostAt(const EstimatorSetup& setup, const NoiseModel& nois
   return sum;
 }
 
-}  // namespace
-
 std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& noise,
                                const GraphFrame& frame) {
   const Pose& pose = frame.state.world_from_body;
   const auto mirrored = MirroredPoseOf(setup, frame.tags, pose);
   if (!mirrored) return std::nullopt;
-  const auto cost = CostAt(setup, noise, frame, pose);
-  const auto of_mirrored = CostAt(setup, noise, frame, *mirrored);
+  const auto cost = CornerCost(setup, noise, frame, pose);
+  const auto of_mirrored = CornerCost(setup, noise, frame, *mirrored);
   if (!cost || !of_mirrored) return std::nullopt;
   return Mirror{AngleBetween(pose, *mirrored), *of_mirrored - *cost};
 }

@@ -6,6 +6,14 @@
 
 namespace tagtwist::internal {
 
+/// Half a difference of sums of squares that decides between two accounts: exp(-9), one in 8000.
+inline constexpr double kDecidedCost = 9;
+
+/// Half the sum of squares of a frame's whitened corners at a pose; nullopt where a corner cannot
+/// be seen from there.
+std::optional<double> CornerCost(const EstimatorSetup& setup, const NoiseModel& noise,
+                                 const GraphFrame& frame, const Pose& world_from_body);
+
 /// The other pose under which tags of one plane look the same from afar.
 struct Mirror {
   double angle_rad = 0;  // between the two attitudes

@@ -35,6 +35,7 @@ std::vector<size_t> StartPoses(const EstimatorSetup& setup,
     if (!path[i]) continue;
     (*frames)[i].state.world_from_body = *path[i];
     (*frames)[i].tags = std::move(choices[i].tags);
+    (*frames)[i].leaves_open = choices[i].poses.size() > 1;
     known.push_back(i);
   }
   return known;

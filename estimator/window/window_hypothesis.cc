@@ -10,6 +10,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
+#include "estimator/start/mirror.h"
 
 namespace tagtwist::internal {
 namespace {

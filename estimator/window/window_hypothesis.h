@@ -10,9 +10,6 @@
 
 namespace tagtwist::internal {
 
-/// Half a difference of sums of squares that decides between two accounts: exp(-9), one in 8000.
-inline constexpr double kDecidedCost = 9;
-
 /// One account of the window's frames. Where tags leave two poses open there are two of them, until
 /// what comes in decides.
 struct WindowHypothesis {

@@ -53,7 +53,7 @@ struct Reprojection {
 RefinedPose RefinePose(const Pose& cam_from_world, const std::vector<PointInImage>& points,
                        const Camera& camera) {
   LeastSquaresOptions options;
-  options.max_steps = 20;
+  options.max_steps = 60;  // a small tag's two minima lie in long flat valleys
   options.first_damping = 1e-6;
   options.relative_tolerance = 1e-8;
   Reprojection problem{points, camera};

@@ -134,7 +134,7 @@ std::vector<FrameMeasurements> TakeFrames(FuzzBytes* in) {
 }
 
 void PromiseSound(const FrameEstimate& frame) {
-  Promise(std::set<std::string>{"ok", "hurried", "predicted", "no_fix"}.count(
+  Promise(std::set<std::string>{"ok", "hurried", "predicted", "ambiguous", "no_fix"}.count(
               ToString(frame.status)) == 1,
           "a status without a name");
   if (frame.status == FrameStatus::kNoFix) return;

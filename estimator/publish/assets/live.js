@@ -137,7 +137,9 @@
   function setText(id, text) {
     if ($(id).textContent !== text) $(id).textContent = text;
   }
-  const STATUS = { ok: "ok", hurried: "hurried", predicted: "predicted", no_fix: "no fix" };
+  const STATUS = {
+    ok: "ok", hurried: "hurried", predicted: "predicted", ambiguous: "ambiguous", no_fix: "no fix",
+  };
 
   function tellFacts() {
     setText("verdict", facts.verdict);

@@ -61,6 +61,20 @@ void AddNoState(const Frames& frames, const std::vector<double>& t_s, std::vecto
                   "from those after them."});
 }
 
+void AddAmbiguous(const Frames& frames, const std::vector<double>& t_s, std::vector<Finding>* out) {
+  const auto flags =
+      FlagsOf(frames, [](const FrameEstimate& f) { return f.status == FrameStatus::kAmbiguous; });
+  if (CountOf(flags) == 0) return;
+  const auto there = Sigmas(frames, 3, flags, true);
+  out->push_back({ShareText(CountOf(flags), frames.size()) + " leave two poses open, at " +
+                      StretchesText(t_s, flags) +
+                      Format(": their states are the likelier ones, their covariances have both in "
+                             "them (position is known to %.3g mm there at worst).",
+                             1e3 * Quantile(there, 1)),
+                  "Small tags of one plane look alike from two sides: show more of them, larger "
+                  "ones, or from nearer and at a slant."});
+}
+
 void AddHurried(const Frames& frames, const std::vector<double>& t_s, std::vector<Finding>* out) {
   const auto flags =
       FlagsOf(frames, [](const FrameEstimate& f) { return f.status == FrameStatus::kHurried; });
@@ -199,6 +213,7 @@ std::vector<Finding> FrameFindings(const Estimate& e, const RunFacts& facts, con
   AddFewTags(e.frames, map, t_s, &out);
   AddBadTwists(e.frames, t_s, &out);
   for (Finding& finding : out) finding.is_in_sigmas = true;
+  AddAmbiguous(e.frames, t_s, &out);
   // Where several cameras take frames the time between two of them says nothing.
   if (e.cameras.size() < 2) {
     AddStamps(e.frames, t_s, e.mode == EstimateMode::kSlidingWindow, &out);

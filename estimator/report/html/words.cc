@@ -52,6 +52,12 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
   if (before_tags > 0) {
     out += Format(" %zu frames before the first tag have no state.", before_tags);
   }
+  if (const size_t ambiguous = count(FrameStatus::kAmbiguous); ambiguous > 0) {
+    out += Format(
+        " In %zu frames the tags leave two poses open: the state is the likelier, the covariance "
+        "has both in it.",
+        ambiguous);
+  }
   if (open > 0) {
     out += Format(" In %zu frames the tags left two attitudes open: they have no state.", open);
   }

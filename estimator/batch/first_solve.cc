@@ -1,0 +1,52 @@
+#include "estimator/batch/first_solve.h"
+
+#include <utility>
+#include <vector>
+
+#include "estimator/solve/noise_learning.h"
+#include "estimator/solve/noise_rounds.h"
+
+namespace tagtwist::internal {
+namespace {
+
+struct Motion {
+  BodyState state;
+  Acceleration acceleration;
+};
+
+std::vector<Motion> MotionOf(const std::vector<GraphFrame>& frames) {
+  std::vector<Motion> out;
+  out.reserve(frames.size());
+  for (const GraphFrame& frame : frames) out.push_back({frame.state, frame.acceleration});
+  return out;
+}
+
+void PutBack(const std::vector<Motion>& motion, std::vector<GraphFrame>* frames) {
+  for (size_t k = 0; k < motion.size(); ++k) {
+    (*frames)[k].state = motion[k].state;
+    (*frames)[k].acceleration = motion[k].acceleration;
+  }
+}
+
+}  // namespace
+
+Result<Solution> SolveFromStarts(const EstimatorSetup& setup, const SolveOptions& options,
+                                 GraphInput* input, NoiseModel* noise) {
+  constexpr double kFarOff = 3;  // times the corners' noise
+  const std::vector<Motion> starts = MotionOf(input->frames);
+  const double most_px = kFarOff * noise->corner_sigma_px;
+  NoiseModel anew = InitialNoise(setup.options, noise->linear.on);
+  auto first = SolveAndLearn(setup, options, input, noise);
+  if (first && !(noise->corner_sigma_px > most_px)) return first;
+  const std::vector<Motion> of_first = MotionOf(input->frames);
+  PutBack(starts, &input->frames);
+  auto second = SolveAndLearn(setup, options, input, &anew);
+  if (!second || (first && first->log_likelihood >= second->log_likelihood)) {
+    PutBack(of_first, &input->frames);
+    return first;
+  }
+  *noise = anew;
+  return second;
+}
+
+}  // namespace tagtwist::internal
