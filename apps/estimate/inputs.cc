@@ -86,23 +86,21 @@ std::string MapLine(const Config& config) {
          (config.origins.map_is_assumed ? " (neither --map nor --config names another)" : "");
 }
 
-// What is given of errors that last, and what is taken to be none.
+// What is given of errors that last, and what is learned.
 std::string ErrorsLine(const EstimateJob& job, const EstimatorOptions& o) {
   if (job.calibrate && o.systematic_errors) {
     return "errors     of lens and tags that last, in the covariance: as calibrated below";
   }
   if (!o.systematic_errors) return "errors     of lens, map and corners that last: not counted";
-  const bool learns = !job.run.sliding_window;
-  const std::string rest = learns ? "learned" : "taken to be none";
+  const std::string rest = job.run.sliding_window ? "learned as frames come" : "learned";
   std::string out = "errors     that last, in the covariance: focal length ";
   out += o.focal_sigma ? Format("+- %.2g %%", 100 * *o.focal_sigma) : "taken to be exact";
-  out += ", lens " + (o.lens_field_sigma_px ? Format("+- %.2g px", *o.lens_field_sigma_px) : rest) +
-         ", tags' places " +
-         (o.tag_sigma_m
-              ? Format("+- %.2g mm", 1e3 * *o.tag_sigma_m) + (learns ? " or more, as learned" : "")
-              : rest) +
-         ", corners " +
-         (o.corner_bias_sigma_px ? Format("+- %.2g px", *o.corner_bias_sigma_px) : rest);
+  out +=
+      ", lens " + (o.lens_field_sigma_px ? Format("+- %.2g px", *o.lens_field_sigma_px) : rest) +
+      ", tags' places " +
+      (o.tag_sigma_m ? Format("+- %.2g mm", 1e3 * *o.tag_sigma_m) + " or more, as learned" : rest) +
+      ", corners " +
+      (o.corner_bias_sigma_px ? Format("+- %.2g px", *o.corner_bias_sigma_px) : rest);
   return out + "; centre and mount taken to be exact";
 }
 

@@ -53,7 +53,7 @@ struct EstimatorOptions {
   std::optional<double> stamp_sigma_s;  // of each frame's stamp where no clock is fitted [s], >= 0
   Solver solver = Solver::kAuto;
   bool systematic_errors = true;  // of lens, map and corners are in the covariance: those given
-                                  // below, and in batch, learned, the others
+                                  // below, and the others as residuals show them
   std::optional<double> lens_field_sigma_px;   // what the lens leaves, of a corner [px], >= 0
   std::optional<double> tag_sigma_m;           // of each coordinate of a tag's place [m], >= 0
   std::optional<double> corner_bias_sigma_px;  // of all corners, along diagonals [px], >= 0

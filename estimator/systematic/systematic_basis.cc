@@ -158,6 +158,25 @@ LinearEvidence SystematicBasis::ToModes(const LinearEvidence& of_knots) const {
   return out;
 }
 
+std::optional<int> SystematicBasis::FirstOfTag(int id) const {
+  const auto at = tags_.find(id);
+  if (at == tags_.end()) return std::nullopt;
+  return field_size() + kTagParameters * at->second;
+}
+
+Eigen::MatrixXd SystematicBasis::RowsOf(const SystematicBasis& other,
+                                        const Eigen::MatrixXd& rows) const {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size(), rows.cols());
+  out.topRows(field_size()) = rows.topRows(field_size());
+  for (const auto& [id, place] : other.tags_) {
+    out.middleRows<kTagParameters>(*FirstOfTag(id)) =
+        rows.middleRows<kTagParameters>(other.field_size() + kTagParameters * place);
+  }
+  const int after = size() - field_size() - tag_size();
+  out.bottomRows(after) = rows.bottomRows(after);
+  return out;
+}
+
 // A mount turned and moved in the body is as if the body were turned and moved the other way;
 // likewise in W, where a turn about W's origin moves the body, too.
 void SystematicBasis::AddMount(const Pose& world_from_body, int camera,
@@ -204,7 +223,7 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
       add(knot + u.field->knots(), 2 * c + 1, place.shares[k]);
     }
   }
-  if (const auto at = tags_.find(tag.id); at != tags_.end()) {
+  if (const auto first = FirstOfTag(tag.id)) {
     // A tag further along in W is seen as if the body stood as much further back; a tag of the
     // body's further along in B as if all of it had gone there.
     Eigen::Matrix<double, 8, 3> by_place = -out->by_pose.rightCols<3>();
@@ -212,7 +231,7 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
       by_place *= -world_from_body.rotation().toRotationMatrix();
     }
     for (int a = 0; a < kTagParameters; ++a) {
-      columns[field_size() + kTagParameters * at->second + a] = by_place.col(a);
+      columns[*first + a] = by_place.col(a);
     }
   }
   AddMount(world_from_body, tag.camera, out->by_pose, &columns);

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -36,6 +37,12 @@ class SystematicBasis {
   /// Rows, effects of the parameters, times a square root of what is given of their covariance:
   /// what is not given is none.
   Eigen::MatrixXd TimesGivenSigmas(const Eigen::MatrixXd& effects) const;
+
+  /// The first of the parameters of a tag's position; nullopt: it has none.
+  std::optional<int> FirstOfTag(int id) const;
+  /// Rows of another basis of the same set-up, for whose tags this one has parameters, too, at this
+  /// one's places; the other rows are zero.
+  Eigen::MatrixXd RowsOf(const SystematicBasis& other, const Eigen::MatrixXd& rows) const;
 
   /// A tag of one frame, whitened: the residual (predicted less seen), its derivatives by the pose
   /// (world_from_body's tangent), and what a unit of the parameters at `columns` adds to the seen

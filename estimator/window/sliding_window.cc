@@ -15,7 +15,7 @@ using namespace internal;
 struct SlidingWindow::Impl {
   explicit Impl(const EstimatorSetup& setup) : smoother(setup), clock(setup) {
     if (setup.HasRollingShutter()) undo.emplace(setup);
-    if (WindowSystematic::IsAsked(setup.options)) systematic.emplace(setup);
+    if (setup.options.systematic_errors) systematic.emplace(setup);
   }
 
   // The frame at its time; a clock that is taken in another way begins a new window.
@@ -56,7 +56,7 @@ struct SlidingWindow::Impl {
   bool clock_changed = false;
   std::vector<FrameEstimate> left;             // when it did
   std::optional<RollingShutterUndo> undo;      // where the camera has a rolling shutter
-  std::optional<WindowSystematic> systematic;  // where any is given
+  std::optional<WindowSystematic> systematic;  // where they are asked for
 };
 
 SlidingWindow::SlidingWindow(const SetUp& set_up, const EstimatorOptions& options)

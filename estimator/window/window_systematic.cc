@@ -7,9 +7,13 @@
 namespace tagtwist::internal {
 namespace {
 
-std::vector<int> IdsOf(const TagMap& map) {
-  std::vector<int> out;
-  for (const Tag& tag : map.tags()) out.push_back(tag.id);
+// Those of the tags that the state was made with.
+std::vector<TagDetection> UsedOf(const std::vector<TagDetection>& tags,
+                                 const std::vector<int>& used) {
+  std::vector<TagDetection> out;
+  for (const TagDetection& tag : tags) {
+    if (std::find(used.begin(), used.end(), tag.id) != used.end()) out.push_back(tag);
+  }
   return out;
 }
 
@@ -17,6 +21,20 @@ std::vector<int> IdsOf(const TagMap& map) {
 double ShareOfOwn(const PosePush& own, const FrameEstimate& frame) {
   const PoseCovariance pose = frame.covariance.topLeftCorner<6, 6>();
   return std::clamp((own.information * pose).trace() / 6, 1e-3, 1.0);
+}
+
+// A frame's covariance over that of its own tags alone is the sum of the squared weights that its
+// estimate gives to the frames, which sum up to one. Weights that fall geometrically, by f a frame,
+// have (1 - f) / (1 + f) backwards, and (1 - f) (1 + f^2) / (1 + f)^3 to both sides.
+double FadeOf(double share, bool to_both_sides) {
+  if (!to_both_sides) return (1 - share) / (1 + share);
+  double low = 0, high = 1;
+  for (int k = 0; k < 20; ++k) {
+    const double f = 0.5 * (low + high);
+    const double squares = (1 - f) * (1 + f * f) / ((1 + f) * (1 + f) * (1 + f));
+    (squares > share ? low : high) = f;
+  }
+  return 0.5 * (low + high);
 }
 
 }  // namespace
@@ -37,16 +55,15 @@ PosePush PushOfTags(const SystematicBasis& basis, const NoiseModel& noise,
   return out;
 }
 
-// Weights fall geometrically on either side, so that they sum up to one over the share.
-void SystematicShift::AddTo(const SystematicBasis& basis, const PosePush& own,
+void SystematicShift::AddTo(const LastingErrors& errors, const PosePush& own,
                             const std::deque<PosePush>& later, FrameEstimate* frame) {
   if (frame->status == FrameStatus::kNoFix) {
     *this = SystematicShift();
     return;
   }
-  if (faded_.push.size() == 0) faded_.push = Eigen::MatrixXd::Zero(6, basis.size());
+  if (faded_.push.size() == 0) faded_.push = Eigen::MatrixXd::Zero(6, own.push.cols());
   const double share = ShareOfOwn(own, *frame);
-  const double fade = later.empty() ? 1 - share : (1 - share) / (1 + share);
+  const double fade = FadeOf(share, !later.empty());
   faded_.information = fade * faded_.information + own.information;
   faded_.push = fade * faded_.push + own.push;
   PosePush all = faded_;
@@ -60,7 +77,7 @@ void SystematicShift::AddTo(const SystematicBasis& basis, const PosePush& own,
   const Eigen::LDLT<PoseCovariance> ldlt(all.information);
   if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return;
   const Eigen::MatrixXd before = std::exchange(shift_, ldlt.solve(all.push));
-  Eigen::MatrixXd effect = Eigen::MatrixXd::Zero(12, basis.size());
+  Eigen::MatrixXd effect = Eigen::MatrixXd::Zero(12, own.push.cols());
   effect.topRows<6>() = shift_;
   const double dt_s = ToSeconds(own.t_ns - faded_.t_ns);
   if (before.size() > 0 && dt_s > 0) {
@@ -68,31 +85,65 @@ void SystematicShift::AddTo(const SystematicBasis& basis, const PosePush& own,
     effect.bottomRows<3>() = (shift_.topRows<3>() - before.topRows<3>()) / dt_s;
   }
   faded_.t_ns = own.t_ns;
-  const Eigen::MatrixXd root = basis.TimesGivenSigmas(effect);
+  const Eigen::MatrixXd root = errors.TimesRoot(effect);
   if (root.allFinite()) frame->covariance += root * root.transpose();
-}
-
-WindowSystematic::WindowSystematic(const EstimatorSetup& setup) : basis_(setup, IdsOf(setup.map)) {}
-
-bool WindowSystematic::IsAsked(const EstimatorOptions& options) {
-  return options.systematic_errors && (options.focal_sigma || options.lens_field_sigma_px ||
-                                       options.tag_sigma_m || options.corner_bias_sigma_px);
 }
 
 void WindowSystematic::AddTo(const FrameMeasurements& measurement, const NoiseModel& noise,
                              WindowOutput* out) {
-  seen_.push_back(PushOfTags(basis_, noise, measurement.tags, out->current));
-  at_arrival_.AddTo(basis_, seen_.back(), {}, &out->current);
+  seen_.push_back({out->current, UsedOf(measurement.tags, out->used_tags)});
+  Learn(noise, out->lagged);
+  if (errors_.AreAny()) {
+    if (pushes_.size() + 1 == seen_.size()) {
+      pushes_.push_back(PushOfTags(errors_.basis(), noise, seen_.back().tags, out->current));
+    }
+    at_arrival_.AddTo(errors_, pushes_.back(), {}, &out->current);
+  }
   AddTo(&out->lagged);
 }
 
+void WindowSystematic::Learn(const NoiseModel& noise, const std::vector<FrameEstimate>& lagged) {
+  bool changed = errors_.AreAny() && pushes_.empty();  // at the start, where any are given
+  auto seen = seen_.begin();
+  for (const FrameEstimate& frame : lagged) {
+    while (seen != seen_.end() && seen->at_arrival.t_ns < frame.t_ns) ++seen;
+    if (seen == seen_.end()) break;
+    if (seen->at_arrival.t_ns != frame.t_ns || seen->tags.empty()) continue;
+    if (frame.status == FrameStatus::kNoFix) continue;
+    GraphFrame learned;
+    learned.t_ns = frame.t_ns;
+    learned.state = frame.state;
+    learned.tags = seen->tags;
+    changed = errors_.Add(noise, std::move(learned)) || changed;
+  }
+  if (changed) PushAnew(noise);
+}
+
+// In the parameters that are known from now on.
+void WindowSystematic::PushAnew(const NoiseModel& noise) {
+  at_arrival_ = at_lag_ = SystematicShift();
+  pushes_.clear();
+  if (!errors_.AreAny()) return;
+  for (const Seen& seen : seen_) {
+    pushes_.push_back(PushOfTags(errors_.basis(), noise, seen.tags, seen.at_arrival));
+  }
+}
+
 void WindowSystematic::AddTo(std::vector<FrameEstimate>* lagged) {
-  for (FrameEstimate& frame : *lagged) {
-    while (!seen_.empty() && seen_.front().t_ns < frame.t_ns) seen_.pop_front();
-    if (seen_.empty() || seen_.front().t_ns != frame.t_ns) continue;
-    const PosePush own = std::move(seen_.front());
+  const auto drop = [&] {
     seen_.pop_front();
-    at_lag_.AddTo(basis_, own, seen_, &frame);
+    if (!pushes_.empty()) pushes_.pop_front();
+  };
+  for (FrameEstimate& frame : *lagged) {
+    while (!seen_.empty() && seen_.front().at_arrival.t_ns < frame.t_ns) drop();
+    if (seen_.empty() || seen_.front().at_arrival.t_ns != frame.t_ns) continue;
+    if (pushes_.empty()) {
+      drop();
+      continue;
+    }
+    const PosePush own = std::move(pushes_.front());
+    drop();
+    at_lag_.AddTo(errors_, own, pushes_, &frame);
   }
 }
 

@@ -2,12 +2,12 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <deque>
-#include <optional>
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/result/estimate.h"
+#include "estimator/systematic/lasting_errors.h"
 #include "estimator/systematic/systematic_basis.h"
 #include "estimator/window/window_output.h"
 
@@ -28,9 +28,9 @@ PosePush PushOfTags(const SystematicBasis& basis, const NoiseModel& noise,
 /// says that it draws on, and the change of it as a shift of the twist.
 class SystematicShift {
  public:
-  /// Adds what is given of these errors to the frame's covariance. Stamps grow; one without a state
+  /// Adds what is known of these errors to the frame's covariance. Stamps grow; one without a state
   /// begins anew. `later`: frames after it that its estimate draws on, from the next one on.
-  void AddTo(const SystematicBasis& basis, const PosePush& own, const std::deque<PosePush>& later,
+  void AddTo(const LastingErrors& errors, const PosePush& own, const std::deque<PosePush>& later,
              FrameEstimate* frame);
 
  private:
@@ -38,22 +38,29 @@ class SystematicShift {
   Eigen::MatrixXd shift_;
 };
 
-/// The part of SystematicErrors that the configuration gives, for a window: frame after frame, at
-/// its arrival and at the lag.
+/// Errors that last in the covariances of a window: frame after frame, at its arrival and at the
+/// lag.
 class WindowSystematic {
  public:
-  explicit WindowSystematic(const EstimatorSetup& setup);
-  /// Whether anything is given.
-  static bool IsAsked(const EstimatorOptions& options);
+  explicit WindowSystematic(const EstimatorSetup& setup) : errors_(setup) {}
 
   void AddTo(const FrameMeasurements& measurement, const NoiseModel& noise, WindowOutput* out);
   /// Frames at the lag, in order.
   void AddTo(std::vector<FrameEstimate>* lagged);
 
  private:
-  SystematicBasis basis_;
+  // A frame that is not yet told at the lag.
+  struct Seen {
+    FrameEstimate at_arrival;
+    std::vector<TagDetection> tags;
+  };
+  void Learn(const NoiseModel& noise, const std::vector<FrameEstimate>& lagged);
+  void PushAnew(const NoiseModel& noise);
+
+  LastingErrors errors_;
   SystematicShift at_arrival_, at_lag_;
-  std::deque<PosePush> seen_;  // frames that are not yet told at the lag
+  std::deque<Seen> seen_;
+  std::deque<PosePush> pushes_;  // of these frames, where errors are known
 };
 
 }  // namespace tagtwist::internal
