@@ -157,7 +157,10 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
   if (!run) return FailureOf(job, run.error(), taken, doubts, context->facts);
   std::vector<std::string>& warnings = run->estimate.warnings;
   std::vector<std::string> first = taken.warnings;  // what is wrong as a whole before its traces
-  for (const Fault& fault : doubts) first.push_back(TextOf(fault));
+  for (const Fault& fault : doubts) {
+    first.push_back(TextOf(fault));
+    context->facts.doubts.push_back(fault.fact);
+  }
   warnings.insert(warnings.begin(), first.begin(), first.end());
   if (run->facts.live) {
     std::cerr << "tagtwist_estimate: " << LiveText(*run->facts.live, run->estimate.frames.size())
@@ -218,6 +221,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   context.write_covariance = job.write_covariance;
   run->facts.inputs = std::move(context.facts.inputs);
   run->facts.taken = std::move(context.facts.taken);
+  run->facts.doubts = std::move(context.facts.doubts);
   run->facts.configuration = std::move(context.facts.configuration);
   context.facts = std::move(run->facts);
   context.facts.wall_s = 1e-3 * watch.ElapsedMs();

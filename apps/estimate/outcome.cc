@@ -15,7 +15,8 @@ Outcome TellResults(const EstimateJob& job, const Estimate& estimate, const Resu
     *told << "finding: " << finding.fact << " " << finding.advice << "\n";
   }
   *told << FormatComparisonTable(context.rows) << "\nreport: " << job.output
-        << "/report.html\nverdict: " << VerdictText(estimate, findings, context.truth) << "\n";
+        << "/report.html\nverdict: "
+        << VerdictText(estimate, findings, context.truth, context.facts.doubts) << "\n";
   if (!estimate.warnings.empty()) return Outcome::kWarnings;
   return findings.empty() ? Outcome::kClean : Outcome::kFindings;
 }

@@ -100,7 +100,7 @@ std::string SummaryText(const Estimate& estimate, const ResultContext& context) 
   nlohmann::ordered_json json = SummaryJson(estimate, context.rows, context.facts);
   const std::vector<Finding> findings =
       Findings(estimate, context.facts, context.map, context.truth);
-  json["verdict"] = VerdictText(estimate, findings, context.truth);
+  json["verdict"] = VerdictText(estimate, findings, context.truth, context.facts.doubts);
   json["findings"] = nlohmann::ordered_json::array();
   for (const Finding& finding : findings) {
     json["findings"].push_back({{"fact", finding.fact}, {"advice", finding.advice}});

@@ -30,6 +30,8 @@ struct RunFacts {
   std::optional<double> deadline_ms = {};  // of a frame, where there was one
   std::vector<InputFile> inputs = {};      // that the run read
   std::vector<std::string> taken = {};     // what it took from them: a line each
+  std::vector<std::string> doubts = {};    // mistakes in the set-up that it gives away: a sentence
+                                           // each, the likeliest first
   std::string configuration = {};          // as it was resolved: YAML, and the map's digest
 };
 

@@ -50,20 +50,20 @@ std::string Clause(std::string fact) {
 }  // namespace
 
 std::string VerdictText(const Estimate& estimate, const std::vector<Finding>& findings,
-                        const std::vector<TruthSample>& truth) {
+                        const std::vector<TruthSample>& truth,
+                        const std::vector<std::string>& doubts) {
   if (std::none_of(estimate.frames.begin(), estimate.frames.end(), HasItsState)) {
     return "there is no estimate: no frame has a state.";
   }
   const std::string too_short = TooShort(estimate, truth);
   const std::string rest = too_short.empty() ? "" : " It was too short to judge " + too_short + ".";
-  const auto against = std::find_if(findings.begin(), findings.end(),
-                                    [](const Finding& f) { return !f.is_in_sigmas; });
-  if (against != findings.end()) {
-    const auto others = std::count_if(findings.begin(), findings.end(),
-                                      [](const Finding& f) { return !f.is_in_sigmas; }) -
-                        1;
-    return "not to be relied on as it is: " + Clause(against->fact) +
-           (others > 0 ? Format(" (and %d more).", static_cast<int>(others)) : ".") + rest;
+  std::vector<std::string> against = doubts;
+  for (const Finding& finding : findings) {
+    if (!finding.is_in_sigmas) against.push_back(finding.fact);
+  }
+  if (!against.empty()) {
+    return "not to be relied on as it is: " + Clause(against.front()) +
+           (against.size() > 1 ? Format(" (and %zu more).", against.size() - 1) : ".") + rest;
   }
   if (!too_short.empty()) {
     return "nothing speaks against it, but it was too short to judge " + too_short + ".";

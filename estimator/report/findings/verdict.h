@@ -9,8 +9,10 @@
 namespace tagtwist::internal {
 
 /// One sentence or two: whether an estimate can be relied on, what speaks against it first, and
-/// what the recording was too short to tell. `findings`: those of Findings, for the same truth.
+/// what the recording was too short to tell. `findings`: those of Findings, for the same truth;
+/// `doubts`: RunFacts', which go before them, for they are causes.
 std::string VerdictText(const Estimate& estimate, const std::vector<Finding>& findings,
-                        const std::vector<TruthSample>& truth);
+                        const std::vector<TruthSample>& truth,
+                        const std::vector<std::string>& doubts = {});
 
 }  // namespace tagtwist::internal

@@ -157,8 +157,8 @@ std::string FindingsHtml(const Estimate& e, const ReportInput& input) {
 }  // namespace
 
 std::string ReportWordsHtml(const Estimate& e, const ReportInput& input) {
-  std::string verdict =
-      VerdictText(e, Findings(e, input.facts, input.map, input.truth), input.truth);
+  std::string verdict = VerdictText(e, Findings(e, input.facts, input.map, input.truth),
+                                    input.truth, input.facts.doubts);
   std::string out = ParagraphHtml("Verdict: " + verdict) + ParagraphHtml(WhatWasDone(e, input));
   if (const std::string certainty = CertaintyText(e); !certainty.empty()) {
     out += ParagraphHtml(certainty);

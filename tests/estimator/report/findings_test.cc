@@ -94,6 +94,15 @@ TEST(Verdict, TrustsWhatNothingSpeaksAgainst) {
               HasSubstr("as far as that can be seen without ground truth"));
 }
 
+// A mistake in the set-up that the run gave away is the cause of what is found, and told first.
+TEST(Verdict, ADoubtAboutTheSetUpGoesFirst) {
+  const Case run = RunAsConfigured();
+  EXPECT_EQ(VerdictText(run.estimate, {}, {}, {"The corners fit a rolling shutter."}),
+            "not to be relied on as it is: The corners fit a rolling shutter.");
+  EXPECT_EQ(VerdictText(run.estimate, {{"Tags are off.", ""}, {"Wide.", "", true}}, {}, {"Cause."}),
+            "not to be relied on as it is: Cause (and 1 more).");
+}
+
 TEST(Verdict, ALensThatIsOffIsInTheSigmasWhereItWasLearned) {
   CalibrationFlight flight = FlightAsConfigured();
   flight.config.set_up.rig.front().camera.k1 = 0.03;
