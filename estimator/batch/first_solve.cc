@@ -1,5 +1,6 @@
 #include "estimator/batch/first_solve.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -28,13 +29,21 @@ void PutBack(const std::vector<Motion>& motion, std::vector<GraphFrame>* frames)
   }
 }
 
+// By what the corners' noise may exceed that of the sample before the solution is suspect. Where
+// frames leave two poses open it may lie between both, its corners little off.
+double MostTimes(const std::vector<GraphFrame>& frames) {
+  constexpr double kBetweenPoses = 1.15, kFarOff = 3;
+  const bool any_open = std::any_of(frames.begin(), frames.end(),
+                                    [](const GraphFrame& frame) { return frame.leaves_open; });
+  return any_open ? kBetweenPoses : kFarOff;
+}
+
 }  // namespace
 
 Result<Solution> SolveFromStarts(const EstimatorSetup& setup, const SolveOptions& options,
                                  GraphInput* input, NoiseModel* noise) {
-  constexpr double kFarOff = 3;  // times the corners' noise
   const std::vector<Motion> starts = MotionOf(input->frames);
-  const double most_px = kFarOff * noise->corner_sigma_px;
+  const double most_px = MostTimes(input->frames) * noise->corner_sigma_px;
   NoiseModel anew = InitialNoise(setup.options, noise->linear.on);
   auto first = SolveAndLearn(setup, options, input, noise);
   if (first && !(noise->corner_sigma_px > most_px)) return first;
