@@ -39,24 +39,27 @@ double FadeOf(double share, bool to_both_sides) {
 
 }  // namespace
 
-PosePush PushOfTags(const SystematicBasis& basis, const NoiseModel& noise,
+PosePush PushOfTags(const LastingErrors& errors, const NoiseModel& noise,
                     const std::vector<TagDetection>& tags, const FrameEstimate& frame) {
-  PosePush out{frame.t_ns, PoseCovariance::Zero(), Eigen::MatrixXd::Zero(6, basis.size())};
-  if (frame.status == FrameStatus::kNoFix) return out;
+  PosePush out{frame.t_ns, PoseCovariance::Zero(), {}};
+  const SystematicBasis& basis = errors.basis();
+  Eigen::MatrixXd of_parameters = Eigen::MatrixXd::Zero(6, basis.size());
   SystematicBasis::TagTerms terms;
   for (const TagDetection& tag : tags) {
+    if (frame.status == FrameStatus::kNoFix) break;
     if (!basis.Linearize(noise, frame.state.world_from_body, tag, &terms)) continue;
     out.information += terms.by_pose.transpose() * terms.by_pose;
     const Eigen::MatrixXd push = terms.by_pose.transpose() * terms.by_parameters;
     for (size_t k = 0; k < terms.columns.size(); ++k) {
-      out.push.col(terms.columns[k]) += push.col(static_cast<Eigen::Index>(k));
+      of_parameters.col(terms.columns[k]) += push.col(static_cast<Eigen::Index>(k));
     }
   }
+  out.push = errors.TimesRoot(of_parameters);
   return out;
 }
 
-void SystematicShift::AddTo(const LastingErrors& errors, const PosePush& own,
-                            const std::deque<PosePush>& later, FrameEstimate* frame) {
+void SystematicShift::AddTo(const PosePush& own, const std::deque<PosePush>& later,
+                            FrameEstimate* frame) {
   if (frame->status == FrameStatus::kNoFix) {
     *this = SystematicShift();
     return;
@@ -85,8 +88,7 @@ void SystematicShift::AddTo(const LastingErrors& errors, const PosePush& own,
     effect.bottomRows<3>() = (shift_.topRows<3>() - before.topRows<3>()) / dt_s;
   }
   faded_.t_ns = own.t_ns;
-  const Eigen::MatrixXd root = errors.TimesRoot(effect);
-  if (root.allFinite()) frame->covariance += root * root.transpose();
+  if (effect.allFinite()) frame->covariance += effect * effect.transpose();
 }
 
 void WindowSystematic::AddTo(const FrameMeasurements& measurement, const NoiseModel& noise,
@@ -95,9 +97,9 @@ void WindowSystematic::AddTo(const FrameMeasurements& measurement, const NoiseMo
   Learn(noise, out->lagged);
   if (errors_.AreAny()) {
     if (pushes_.size() + 1 == seen_.size()) {
-      pushes_.push_back(PushOfTags(errors_.basis(), noise, seen_.back().tags, out->current));
+      pushes_.push_back(PushOfTags(errors_, noise, seen_.back().tags, out->current));
     }
-    at_arrival_.AddTo(errors_, pushes_.back(), {}, &out->current);
+    at_arrival_.AddTo(pushes_.back(), {}, &out->current);
   }
   AddTo(&out->lagged);
 }
@@ -125,7 +127,7 @@ void WindowSystematic::PushAnew(const NoiseModel& noise) {
   pushes_.clear();
   if (!errors_.AreAny()) return;
   for (const Seen& seen : seen_) {
-    pushes_.push_back(PushOfTags(errors_.basis(), noise, seen.tags, seen.at_arrival));
+    pushes_.push_back(PushOfTags(errors_, noise, seen.tags, seen.at_arrival));
   }
 }
 
@@ -143,7 +145,7 @@ void WindowSystematic::AddTo(std::vector<FrameEstimate>* lagged) {
     }
     const PosePush own = std::move(pushes_.front());
     drop();
-    at_lag_.AddTo(errors_, own, pushes_, &frame);
+    at_lag_.AddTo(own, pushes_, &frame);
   }
 }
 

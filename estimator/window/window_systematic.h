@@ -8,19 +8,18 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/result/estimate.h"
 #include "estimator/systematic/lasting_errors.h"
-#include "estimator/systematic/systematic_basis.h"
 #include "estimator/window/window_output.h"
 
 namespace tagtwist::internal {
 
-/// What a frame's own tags say of its pose: their information, and what a unit of each parameter of
-/// a SystematicBasis pushes it by (6 x parameters).
+/// What a frame's own tags say of its pose: their information, and a square root of the second
+/// moment of what lasting errors push it by (6 x columns of LastingErrors).
 struct PosePush {
   int64_t t_ns = 0;
   PoseCovariance information = PoseCovariance::Zero();
   Eigen::MatrixXd push;
 };
-PosePush PushOfTags(const SystematicBasis& basis, const NoiseModel& noise,
+PosePush PushOfTags(const LastingErrors& errors, const NoiseModel& noise,
                     const std::vector<TagDetection>& tags, const FrameEstimate& frame);
 
 /// What errors that last do to the poses of consecutive frames: the shift that each frame's own
@@ -30,8 +29,7 @@ class SystematicShift {
  public:
   /// Adds what is known of these errors to the frame's covariance. Stamps grow; one without a state
   /// begins anew. `later`: frames after it that its estimate draws on, from the next one on.
-  void AddTo(const LastingErrors& errors, const PosePush& own, const std::deque<PosePush>& later,
-             FrameEstimate* frame);
+  void AddTo(const PosePush& own, const std::deque<PosePush>& later, FrameEstimate* frame);
 
  private:
   PosePush faded_;  // frames until the last one
