@@ -31,6 +31,7 @@
 #include "estimator/report/result_writer.h"
 #include "frontend/base/files/file_set.h"
 #include "frontend/io/tables/detections_csv.h"
+#include "residuals/lens.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -81,15 +82,17 @@ std::shared_ptr<const GyroAlignment> AlignGyroTo(const EstimateJob& job, const E
   return gyro ? std::make_shared<const GyroAlignment>(*gyro) : nullptr;
 }
 
-// What was refined is known as the calibration says; that stands with it in what is written, and no
-// longer in the options.
+// What was refined is known as the calibration says, the lens and the mount in the set-up; that
+// stands with it in what is written, and no longer in the options.
 void TakeCalibratedSigmas(const Calibration& calibration, EstimatorOptions* of_run,
                           EstimatorOptions* written) {
-  const RefinedSigmas sigmas = SigmasOf(calibration);
-  if (sigmas.focal) of_run->focal_sigma = sigmas.focal;
-  if (sigmas.focal) written->focal_sigma.reset();
-  if (sigmas.tag_m) of_run->tag_sigma_m = sigmas.tag_m;
-  if (sigmas.tag_m) written->tag_sigma_m.reset();
+  if (calibration.sigma(kLogFocal) > 0) {
+    of_run->focal_sigma.reset();
+    written->focal_sigma.reset();
+  }
+  const auto tag_m = TagSigmaOf(calibration);
+  if (tag_m) of_run->tag_sigma_m = tag_m;
+  if (tag_m) written->tag_sigma_m.reset();
 }
 
 // With --calibrate: the set-up is refined first, and the run goes on with it. --tracks is of this

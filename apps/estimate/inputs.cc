@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimator/online/camera_sections.h"
 #include "estimator/online/config_text.h"
 #include "estimator/report/files/corner_piece.h"
 #include "estimator/report/result_set.h"
@@ -86,22 +87,37 @@ std::string MapLine(const Config& config) {
          (config.origins.map_is_assumed ? " (neither --map nor --config names another)" : "");
 }
 
+// What is given of the lens and the mount of the first camera.
+std::string LensAndMountText(const Config& config) {
+  const RigCamera& camera = config.set_up.rig.front();
+  const auto focal = config.estimator.focal_sigma;
+  std::string out = focal ? Format("focal length +- %.2g %%", 100 * *focal) : LensSigmaText(camera);
+  if (out.empty()) out = "focal length and centre taken to be exact";
+  if (camera.covariance.rows() <= 6 || camera.covariance.diagonal().tail(6).isZero(0)) {
+    return out + ", mount taken to be exact";
+  }
+  const Eigen::VectorXd of_mount = camera.covariance.diagonal().tail(6).cwiseMax(0).cwiseSqrt();
+  return out + Format(", mount +- %.2g mm, %.2g mrad", 1e3 * of_mount.tail(3).maxCoeff(),
+                      1e3 * of_mount.head(3).maxCoeff());
+}
+
 // What is given of errors that last, and what is learned.
-std::string ErrorsLine(const EstimateJob& job, const EstimatorOptions& o) {
+std::string ErrorsLine(const EstimateJob& job, const Config& config) {
+  const EstimatorOptions& o = config.estimator;
   if (job.calibrate && o.systematic_errors) {
     return "errors     of lens and tags that last, in the covariance: as calibrated below";
   }
   if (!o.systematic_errors) return "errors     of lens, map and corners that last: not counted";
   const std::string rest = job.run.sliding_window ? "learned as frames come" : "learned";
-  std::string out = "errors     that last, in the covariance: focal length ";
-  out += o.focal_sigma ? Format("+- %.2g %%", 100 * *o.focal_sigma) : "taken to be exact";
+  std::string out = "errors     that last, in the covariance: " + LensAndMountText(config);
   out +=
-      ", lens " + (o.lens_field_sigma_px ? Format("+- %.2g px", *o.lens_field_sigma_px) : rest) +
+      ", lens' rest " +
+      (o.lens_field_sigma_px ? Format("+- %.2g px", *o.lens_field_sigma_px) : rest) +
       ", tags' places " +
       (o.tag_sigma_m ? Format("+- %.2g mm", 1e3 * *o.tag_sigma_m) + " or more, as learned" : rest) +
       ", corners " +
       (o.corner_bias_sigma_px ? Format("+- %.2g px", *o.corner_bias_sigma_px) : rest);
-  return out + "; centre and mount taken to be exact";
+  return out;
 }
 
 std::string TruthLine(const std::string& origin, const std::vector<TruthSample>& truth,
@@ -150,7 +166,7 @@ Result<Inputs> TakeInputs(const EstimateJob& job, const Config& config, const Da
   out.lines = CameraLines(config);
   out.lines.insert(out.lines.begin(), RecordingLine(job.dataset, source));
   out.lines.push_back(MapLine(config));
-  out.lines.push_back(ErrorsLine(job, config.estimator));
+  out.lines.push_back(ErrorsLine(job, config));
   out.lines.push_back(TruthLine(origin, out.truth, source.stamps_ns()));
   return out;
 }

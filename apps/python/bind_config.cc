@@ -194,7 +194,10 @@ void BindConfig(py::module_& module) {
                      "Camera, mount, tag map and options of an estimate; from load_config().")
       .def_property(
           "camera", [](const Config& config) { return config.set_up.rig.front().camera; },
-          [](Config& config, const Camera& camera) { config.set_up.rig.front().camera = camera; },
+          [](Config& config, const Camera& camera) {
+            config.set_up.rig.front().camera = camera;
+            config.set_up.rig.front().covariance.resize(0, 0);  // of another lens
+          },
           "tagtwist.Camera")
       .def_property(
           "map", [](const Config& config) { return config.set_up.map; },

@@ -198,6 +198,9 @@ void Tell(const SetUp& given, const CalibrationProblem& applied, Calibration* ou
   for (const double sigma : applied.prior_sigmas) out->applied.push_back(sigma > 0);
   out->change = Difference(out->refined, out->given);
   out->set_up = Apply(given, out->refined);
+  RigCamera& camera = out->set_up.rig.front();
+  camera.covariance = CameraCovariance(out->refined, {out->covariance, out->prior_sigmas, false},
+                                       given.rig.front().covariance);
   out->frames = static_cast<int>(applied.frames.size());
   for (const CalibrationFrame& frame : applied.frames) {
     out->views += static_cast<int>(frame.views().size());

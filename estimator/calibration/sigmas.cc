@@ -188,4 +188,23 @@ double TagSigma(const CalibrationState& refined, const KnownSigmas& known) {
   return tags > 0 ? std::sqrt(sum / tags) : 0;
 }
 
+Eigen::MatrixXd CameraCovariance(const CalibrationState& refined, const KnownSigmas& known,
+                                 const Eigen::MatrixXd& given) {
+  constexpr int kMountEntries = 6;
+  const CalibrationLayout layout = LayoutOf(refined);
+  const Eigen::Index lens = layout.lens_size, all = lens + kMountEntries;
+  std::vector<int> entries;
+  for (int i = 0; i < layout.lens_size; ++i) entries.push_back(i);
+  for (int i = 0; i < kMountEntries; ++i) entries.push_back(layout.mount() + i);
+  Eigen::MatrixXd out = known.covariance(entries, entries);
+  if (given.rows() == all && out.topLeftCorner(lens, lens).isZero(0)) {
+    out.topLeftCorner(lens, lens) = given.topLeftCorner(lens, lens);
+  }
+  if (given.rows() == all && out.bottomRightCorner<kMountEntries, kMountEntries>().isZero(0)) {
+    out.bottomRightCorner<kMountEntries, kMountEntries>() =
+        given.bottomRightCorner<kMountEntries, kMountEntries>();
+  }
+  return out.isZero(0) ? Eigen::MatrixXd() : out;
+}
+
 }  // namespace tagtwist::internal

@@ -35,4 +35,9 @@ struct KnownSigmas {
 /// where the map as a whole is: then it is the world, and has no error.
 double TagSigma(const CalibrationState& refined, const KnownSigmas& known);
 
+/// RigCamera::covariance of a camera that was refined: lens and mount, each that was held as
+/// `given` has it.
+Eigen::MatrixXd CameraCovariance(const CalibrationState& refined, const KnownSigmas& known,
+                                 const Eigen::MatrixXd& given);
+
 }  // namespace tagtwist::internal

@@ -19,12 +19,12 @@ Pose MountedCamera::BodyOf(const Pose& cam_from_map) const {
 }
 
 MountedCamera EstimatorSetup::CameraOf(int index) const {
-  if (index == 0) return {camera, cam_from_body, line_time_s, mounted_on};
+  if (index == 0) return {camera, cam_from_body, line_time_s, mounted_on, camera_covariance};
   TAGTWIST_CHECK(index > 0 && index < n_cameras(), "a tag is of the rig's cameras, but " +
                                                        std::to_string(index) + " of " +
                                                        std::to_string(n_cameras()) + " is told");
   const RigCamera& other = others[static_cast<size_t>(index) - 1];
-  return {other.camera, other.cam_from_body, other.line_time_s, mounted_on};
+  return {other.camera, other.cam_from_body, other.line_time_s, mounted_on, other.covariance};
 }
 
 std::vector<Camera> EstimatorSetup::Cameras() const {
@@ -45,6 +45,7 @@ EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& o
   out.camera = camera.camera;
   out.line_time_s = camera.line_time_s;
   out.cam_from_body = camera.cam_from_body;
+  out.camera_covariance = camera.covariance;
   out.mounted_on = set_up.rig.mounted_on;
   out.others.assign(set_up.rig.cameras.begin() + 1, set_up.rig.cameras.end());
   out.map = set_up.map;

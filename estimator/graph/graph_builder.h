@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct MountedCamera {
   const Pose& cam_from_body;  // or cam_from_world (Rig)
   double line_time_s;
   MountedOn mounted_on;
+  const Eigen::MatrixXd& covariance;  // RigCamera's
 
   /// From the frame in which the map has the tags, when the body is there.
   Pose CamFromMap(const Pose& world_from_body) const;
@@ -36,6 +38,7 @@ struct EstimatorSetup {
   double line_time_s = 0;  // of a rolling shutter (RigCamera)
   Pose cam_from_body;
   MountedOn mounted_on = MountedOn::kBody;  // all of them
+  Eigen::MatrixXd camera_covariance;        // of the first (RigCamera);
   std::vector<RigCamera> others;            // and those after it;
   std::vector<std::string> camera_names;    // of all
   TagMap map;

@@ -14,14 +14,26 @@
 
 namespace tagtwist::internal {
 
+std::string LensSigmaText(const RigCamera& camera) {
+  constexpr int kCentreX = 2, kMoreThanCentre = 4;
+  if (camera.covariance.rows() < kMoreThanCentre) return "";
+  const Eigen::VectorXd sigmas = camera.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  std::string out;
+  if (sigmas(0) > 0) out += Format("focal length +- %.2g %%", 100 * sigmas(0));
+  const double centre_px = sigmas.segment<2>(kCentreX).maxCoeff();
+  if (centre_px > 0) out += (out.empty() ? "" : ", ") + Format("centre +- %.2g px", centre_px);
+  return out;
+}
+
 std::string BesideFile(const std::string& file, const std::string& name) {
   return (std::filesystem::path(file).parent_path() / name).string();
 }
 
 namespace {
 
-std::string SigmaText(const std::optional<double>& focal_sigma) {
-  return focal_sigma ? Format(" (focal length +- %.2g %%)", 100 * *focal_sigma) : "";
+std::string SigmaText(const RigCamera& camera) {
+  const std::string text = LensSigmaText(camera);
+  return text.empty() ? "" : " (" + text + ")";
 }
 
 }  // namespace
@@ -32,8 +44,8 @@ Status TakeCamera(const std::string& path, const std::string& name, bool has_mou
   if (!file) return file.error();
   camera->camera = file->camera;
   camera->line_time_s = file->line_time_s;
-  origin->camera = path + (name.empty() ? "" : ", " + name) + SigmaText(file->focal_sigma);
-  origin->focal_sigma = file->focal_sigma;
+  camera->covariance = file->covariance;
+  origin->camera = path + (name.empty() ? "" : ", " + name) + SigmaText(*camera);
   origin->notes = file->notes;
   if (has_mount && file->cam_from_body) {
     origin->notes.push_back(path + ": its mount, " + file->mount_key +
@@ -56,8 +68,9 @@ Status ReadCamera(const YamlValue& node, bool has_mount, const Limits& limits, R
     camera->camera = Camera();
     ReadCameraKeys(&section, &camera->camera);
     ReadLineTime(&section, &camera->line_time_s);
-    ReadFocalSigma(&section, &origin->focal_sigma);
-    origin->camera = node.file + SigmaText(origin->focal_sigma);
+    camera->covariance.resize(0, 0);
+    ReadLensSigmas(&section, camera->camera, &camera->covariance);
+    origin->camera = node.file + SigmaText(*camera);
     origin->mount_is_given = has_mount;
     return section.Finish();
   }
@@ -66,12 +79,13 @@ Status ReadCamera(const YamlValue& node, bool has_mount, const Limits& limits, R
   return TakeCamera(BesideFile(node.file, file), name, has_mount, limits, camera, origin);
 }
 
-Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body) {
+Status ReadExtrinsic(const YamlValue& node, bool own_lens, RigCamera* camera) {
   YamlSection section(node);
   const auto rotation = ReadRotation(&section);
   const auto translation = ReadVector3(section.Require("translation_m"), &section);
   if (!rotation) section.Keep(node.Refuse("rotation or quaternion_xyzw, got neither"));
-  if (rotation && translation) *cam_from_body = MakePose(*rotation, *translation);
+  if (rotation && translation) camera->cam_from_body = MakePose(*rotation, *translation);
+  ReadMountSigmas(&section, own_lens, camera);
   return section.Finish();
 }
 
@@ -104,7 +118,7 @@ Result<CameraEntry> ReadEntry(const YamlValue& node, const Limits& limits) {
     section.Keep(ReadCamera(*camera, mount != nullptr, limits, &out.camera, &out.origin));
   }
   if (mount != nullptr) {
-    section.Keep(ReadExtrinsic(*mount, &out.camera.cam_from_body));
+    section.Keep(ReadExtrinsic(*mount, /*own_lens=*/true, &out.camera));
     out.origin.mount = mount->file;
   }
   if (Status status = section.Finish(); !status) return status.error();
@@ -149,7 +163,7 @@ Result<std::vector<CameraEntry>> CamerasOfFile(const std::string& path,
     entry.camera.cam_from_body = *one.file.cam_from_body;
     entry.camera.clock_offset_s = one.clock_offset_s;
     entry.topic = std::move(one.topic);
-    entry.origin.focal_sigma = one.file.focal_sigma;
+    entry.camera.covariance = std::move(one.file.covariance);
     entry.origin.notes = std::move(one.file.notes);
     out.push_back(std::move(entry));
   }

@@ -1,5 +1,4 @@
 #pragma once
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,9 +14,11 @@ namespace tagtwist::internal {
 struct CameraOrigin {
   std::string camera, mount;
   std::vector<std::string> notes;
-  bool mount_is_given = true;              // false: neither the section nor its file has one
-  std::optional<double> focal_sigma = {};  // what is said of the focal length, relative
+  bool mount_is_given = true;  // false: neither the section nor its file has one
 };
+
+/// "focal length +- 0.1 %, centre +- 0.4 px": what is known of a lens's errors; empty: of neither.
+std::string LensSigmaText(const RigCamera& camera);
 
 /// A file named in another one, relative to that one's folder.
 std::string BesideFile(const std::string& file, const std::string& name);
@@ -28,8 +29,8 @@ Status TakeCamera(const std::string& path, const std::string& name, bool has_mou
 /// The section `camera`: its keys, or the file that it names.
 Status ReadCamera(const YamlValue& node, bool has_mount, const Limits& limits, RigCamera* camera,
                   CameraOrigin* origin);
-/// The section `cam_from_body`.
-Status ReadExtrinsic(const YamlValue& node, Pose* cam_from_body);
+/// The section `cam_from_body`. `own_lens`: it stands beside the lens that is used.
+Status ReadExtrinsic(const YamlValue& node, bool own_lens, RigCamera* camera);
 
 /// One camera of the section `cameras`, and where in the data set its recording is.
 struct CameraEntry {

@@ -24,17 +24,6 @@ Pose CourseCamFromBody() {
   return MakePose(Eigen::Quaterniond(rotation), {-0.04, 0, -0.03});
 }
 
-// The sigmas of a set-up's own files, where the section `estimator` says nothing: what it says goes
-// before them.
-struct SigmasOfFiles {
-  std::optional<double> focal, tag_m;
-};
-
-void TakeSigmas(const SigmasOfFiles& sigmas, EstimatorOptions* options) {
-  if (!options->focal_sigma) options->focal_sigma = sigmas.focal;
-  if (!options->tag_sigma_m) options->tag_sigma_m = sigmas.tag_m;
-}
-
 // What a camera's section or file says, into the origins of the set-up.
 void TellOrigin(const CameraOrigin& origin, SetUpOrigins* out) {
   out->camera = origin.camera;
@@ -68,9 +57,9 @@ Result<std::vector<CameraEntry>> SeveralCameras(const YamlValue* node, const Con
   return ReadCameras(*node, limits);
 }
 
-// `node`: the section `cameras`, or none. `focal_sigma`: the largest of the cameras'.
+// `node`: the section `cameras`, or none.
 Status TakeCameras(const YamlValue* node, YamlSection* sections, const ConfigFiles& files,
-                   Config* config, std::optional<double>* focal_sigma) {
+                   Config* config) {
   for (const char* of_one : {"camera", "cam_from_body", "cam_from_world"}) {
     if (const YamlValue* other = sections->Find(of_one)) {
       return other->Refuse("no such section beside several cameras, which have one each");
@@ -82,7 +71,6 @@ Status TakeCameras(const YamlValue* node, YamlSection* sections, const ConfigFil
   SetUpOrigins& origins = config->origins;
   origins.camera = origins.mount = node != nullptr ? node->file : files.camera_file;
   for (CameraEntry& entry : *entries) {
-    *focal_sigma = std::max(*focal_sigma, entry.origin.focal_sigma);
     config->recordings.push_back({std::move(entry.recording), std::move(entry.topic)});
     config->set_up.rig.mounted_on = entry.mounted_on;
     config->set_up.rig.cameras.push_back(std::move(entry.camera));
@@ -132,8 +120,7 @@ Status TakeMap(const YamlValue* node, const ConfigFiles& files, Config* config,
 }
 
 // The camera of a run that has one, of the configuration or of a file.
-void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* config,
-                    std::optional<double>* focal_sigma) {
+void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* config) {
   const YamlValue* camera = sections->Find("camera");
   const YamlValue* mount = sections->Find("cam_from_body");
   const YamlValue* in_world = sections->Find("cam_from_world");
@@ -156,9 +143,9 @@ void TakeOnlyCamera(const ConfigFiles& files, YamlSection* sections, Config* con
                               config->limits, mounted, &origin));
     TellOrigin(origin, &config->origins);
   }
-  *focal_sigma = origin.focal_sigma;
   if (mount == nullptr) return;
-  sections->Keep(ReadExtrinsic(*mount, &mounted->cam_from_body));
+  const bool own_lens = camera != nullptr && files.camera_file.empty();
+  sections->Keep(ReadExtrinsic(*mount, own_lens, mounted));
   config->origins.mount = mount->file;
 }
 
@@ -244,22 +231,23 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   Config config = DefaultConfig();
   config.limits = files.limits;
   YamlSection sections(*root);
-  SigmasOfFiles sigmas;
   const YamlValue* cameras = sections.Find("cameras");
   if (cameras != nullptr || IsOfSeveral(files)) {
-    sections.Keep(TakeCameras(cameras, &sections, files, &config, &sigmas.focal));
+    sections.Keep(TakeCameras(cameras, &sections, files, &config));
   } else {
-    TakeOnlyCamera(files, &sections, &config, &sigmas.focal);
+    TakeOnlyCamera(files, &sections, &config);
   }
   const YamlValue* map_node = sections.Find("tag_map");
+  std::optional<double> tag_sigma_m;
   if (map_node != nullptr || !files.map.path.empty()) {
-    sections.Keep(TakeMap(map_node, files, &config, &sigmas.tag_m));
+    sections.Keep(TakeMap(map_node, files, &config, &tag_sigma_m));
   }
   ReadOptions("detector", &sections, &config.front_end.detector);
   ReadOptions("klt", &sections, &config.front_end.klt);
   ReadOptions("closed_form", &sections, &config.front_end.closed_form);
   ReadOptions("estimator", &sections, &config.estimator);
-  TakeSigmas(sigmas, &config.estimator);
+  // What the section `estimator` says goes before what the map's own file does.
+  if (!config.estimator.tag_sigma_m) config.estimator.tag_sigma_m = tag_sigma_m;
   ReadOptions("calibration", &sections, &config.calibration);
   config.movable_tags = files.movable_tags;
   if (const YamlValue* movable = sections.Find("movable_tags"); movable != nullptr) {

@@ -6,6 +6,7 @@
 
 #include "frontend/base/named_enum.h"
 #include "frontend/base/number_text.h"
+#include "frontend/io/setup/camera_section.h"
 #include "frontend/io/setup/tag_map_text.h"
 #include "frontend/types/lens/lens.h"
 #include "residuals/lens.h"
@@ -57,14 +58,17 @@ std::string CameraKeysText(const RigCamera& mounted, const std::string& indent) 
     out += indent + "distortion_model: " + LensName(camera.lens) + "\n" + indent +
            "distortion: " + FormatNumberList(DistortionCoefficients(camera)) + "\n";
   }
-  if (mounted.line_time_s == 0) return out;
-  return out + indent + "line_time_s: " + FormatNumber(mounted.line_time_s) + "\n";
+  if (mounted.line_time_s != 0) {
+    out += indent + "line_time_s: " + FormatNumber(mounted.line_time_s) + "\n";
+  }
+  return out + LensSigmaLines(mounted, indent);
 }
 
 std::string MountKeysText(const RigCamera& mounted, const std::string& indent) {
   const Pose& pose = mounted.cam_from_body;
   return indent + "quaternion_xyzw: " + FormatNumberList(pose.params.head<4>()) + "\n" + indent +
-         "translation_m: " + FormatNumberList(pose.translation()) + "\n";
+         "translation_m: " + FormatNumberList(pose.translation()) + "\n" +
+         MountSigmaLines(mounted, indent);
 }
 
 }  // namespace

@@ -102,6 +102,12 @@ bool LeaveOutOne(const LinearEvidence& data, EvidenceFit* fit) {
   return true;
 }
 
+// Whether the data show a group: what is given is there without them.
+bool AnyIsSeen(const EvidenceFit& fit) {
+  return std::any_of(fit.groups.begin(), fit.groups.end(),
+                     [](const ParameterGroup& g) { return g.sigma > 0 && !g.is_given; });
+}
+
 // A group that was left out, though others were not, may be one that the data do not speak of: it
 // gets as much of its sigma at the start as they do not speak against.
 void PutBackWhatIsOpen(const LinearEvidence& data, const std::vector<ParameterGroup>& start,
@@ -134,7 +140,7 @@ EvidenceFit FitByEvidence(const LinearEvidence& data, std::vector<ParameterGroup
   do {
     Settle(data, &fit);
   } while (LeaveOutOne(data, &fit));
-  if (!fit.IsEmpty()) PutBackWhatIsOpen(data, start, &fit);
+  if (AnyIsSeen(fit)) PutBackWhatIsOpen(data, start, &fit);
   const Scaled scaled = Scale(data, fit.groups, fit.noise_scale);
   const Eigen::Index n = data.gradient.size();
   fit.mean = scaled.sigmas.cwiseProduct(scaled.mean);

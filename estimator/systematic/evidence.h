@@ -34,9 +34,9 @@ struct EvidenceFit {
 
 /// Variances of the groups and of the noise by their evidence (type-II maximum likelihood, by
 /// MacKay's fixed point: Bayesian Interpolation, 1992, Eq. 4.4 to 4.9). A group without which the
-/// evidence falls by less than what chance brings once in a thousand is left out; where others stay
-/// it gets back as much of its sigma at the start, halved at most six times, as the data do not
-/// speak against.
+/// evidence falls by less than what chance brings once in a thousand is left out; where others that
+/// are not given stay it gets back as much of its sigma at the start, halved at most six times, as
+/// the data do not speak against.
 EvidenceFit FitByEvidence(const LinearEvidence& data, std::vector<ParameterGroup> groups);
 
 }  // namespace tagtwist::internal

@@ -17,16 +17,12 @@ std::vector<int> IdsOf(const TagMap& map) {
   return out;
 }
 
-bool AreGiven(const EstimatorOptions& o) {
-  return o.focal_sigma || o.lens_field_sigma_px || o.tag_sigma_m || o.corner_bias_sigma_px;
-}
-
 }  // namespace
 
 LastingErrors::LastingErrors(const EstimatorSetup& setup)
     : setup_(setup),
       basis_(setup, IdsOf(setup.map)),
-      are_given_(AreGiven(setup.options)),
+      are_given_(basis_.AnyIsGiven()),
       next_(kFirstTurn) {}
 
 bool LastingErrors::Add(const NoiseModel& noise, GraphFrame frame) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "estimator/systematic/given_errors.h"
 #include "frontend/base/statistics/robust.h"
 #include "frontend/types/so3.h"
 #include "residuals/corner_whitener.h"
@@ -44,6 +45,9 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames) {
 SystematicBasis::SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags)
     : setup_(setup) {
   for (const Camera& camera : setup.Cameras()) fields_.emplace_back(camera.width, camera.height);
+  for (int i = 0; i < setup.n_cameras(); ++i) {
+    given_.push_back(RootOfGiven(setup_.CameraOf(i), setup.options));
+  }
   for (const int id : tags) tags_.emplace(id, static_cast<int>(tags_.size()));
 }
 
@@ -63,8 +67,24 @@ int SystematicBasis::tag_size() const { return kTagParameters * static_cast<int>
 
 int SystematicBasis::mount_size() const { return 3 * (static_cast<int>(fields_.size()) - 1); }
 
+int SystematicBasis::given_size() const {
+  Eigen::Index out = 0;
+  for (const Eigen::MatrixXd& root : given_) out += root.cols();
+  return static_cast<int>(out);
+}
+
 int SystematicBasis::size() const {
-  return field_size() + tag_size() + 2 * mount_size() + 1 + static_cast<int>(fields_.size());
+  return field_size() + tag_size() + 2 * mount_size() + 1 + given_size();
+}
+
+bool SystematicBasis::CameraIsGiven() const {
+  return std::any_of(given_.begin(), given_.end(),
+                     [](const Eigen::MatrixXd& root) { return !root.isZero(0); });
+}
+
+bool SystematicBasis::AnyIsGiven() const {
+  const EstimatorOptions& o = setup_.options;
+  return o.lens_field_sigma_px || o.tag_sigma_m || o.corner_bias_sigma_px || CameraIsGiven();
 }
 
 std::vector<ParameterGroup> SystematicBasis::Groups() const {
@@ -74,11 +94,10 @@ std::vector<ParameterGroup> SystematicBasis::Groups() const {
   };
   const EstimatorOptions& o = setup_.options;
   const int after = field + tags + 2 * mounts;
-  std::vector<ParameterGroup> out = {
-      group(0, field, o.lens_field_sigma_px, kFieldPx),
-      group(field, tags, o.tag_sigma_m, kTagM),
-      group(after, 1, o.corner_bias_sigma_px, kBiasPx),
-      {after + 1, static_cast<int>(fields_.size()), o.focal_sigma.value_or(0), true}};
+  std::vector<ParameterGroup> out = {group(0, field, o.lens_field_sigma_px, kFieldPx),
+                                     group(field, tags, o.tag_sigma_m, kTagM),
+                                     group(after, 1, o.corner_bias_sigma_px, kBiasPx),
+                                     {after + 1, given_size(), CameraIsGiven() ? 1.0 : 0.0, true}};
   out[1].is_given = false;  // residuals may show more, never less, than what is given of the tags
   out[1].least = o.tag_sigma_m.value_or(0);
   if (mounts == 0) return out;
@@ -112,10 +131,9 @@ Eigen::MatrixXd SystematicBasis::TimesGivenSigmas(const Eigen::MatrixXd& effects
         field_px * effects.middleCols(block.knot, block.field->knots()) * block.field->modes();
   }
   out.middleCols(modes, tags) = o.tag_sigma_m.value_or(0) * effects.middleCols(knots, tags);
-  const Eigen::Index bias = tags + 2 * mount_size(),
-                     focal = static_cast<Eigen::Index>(fields_.size());
+  const Eigen::Index bias = tags + 2 * mount_size(), given = given_size();
   out.col(modes + bias) = o.corner_bias_sigma_px.value_or(0) * effects.col(knots + bias);
-  out.rightCols(focal) = o.focal_sigma.value_or(0) * effects.rightCols(focal);
+  out.rightCols(given) = effects.rightCols(given);
   return out;
 }
 
@@ -177,24 +195,44 @@ Eigen::MatrixXd SystematicBasis::RowsOf(const SystematicBasis& other,
   return out;
 }
 
-// A mount turned and moved in the body is as if the body were turned and moved the other way;
-// likewise in W, where a turn about W's origin moves the body, too.
-void SystematicBasis::AddMount(const Pose& world_from_body, int camera,
-                               const Eigen::Matrix<double, 8, 6>& by_pose, Columns* columns) const {
-  if (camera == 0) return;  // it says where the body is
+// A mount turned and moved in the body is as if the body were turned and moved the other way; one
+// in W as if the body were turned and moved likewise there, where a turn about W's origin moves it.
+Eigen::Matrix<double, 8, 6> SystematicBasis::ByMount(
+    const Pose& world_from_body, const Eigen::Matrix<double, 8, 6>& by_pose) const {
   const Eigen::Matrix3d rotation = world_from_body.rotation().toRotationMatrix();
-  Eigen::Matrix<double, 8, 3> by_turn = -by_pose.leftCols<3>(), by_place = -by_pose.rightCols<3>();
+  Eigen::Matrix<double, 8, 6> out;
   if (setup_.mounted_on == MountedOn::kBody) {
-    by_place *= rotation;
+    out << -by_pose.leftCols<3>(), -by_pose.rightCols<3>() * rotation;
   } else {
-    by_turn = by_turn * rotation.transpose() +
-              by_pose.rightCols<3>() * Hat(world_from_body.translation());
+    out << by_pose.leftCols<3>() * rotation.transpose() -
+               by_pose.rightCols<3>() * Hat(world_from_body.translation()),
+        by_pose.rightCols<3>();
   }
+  return out;
+}
+
+void SystematicBasis::AddMount(int camera, const Eigen::Matrix<double, 8, 6>& by_mount,
+                               Columns* columns) const {
+  if (camera == 0) return;  // it says where the body is
   const int first = field_size() + tag_size() + 3 * (camera - 1);
   for (int a = 0; a < 3; ++a) {
-    (*columns)[first + a] = by_turn.col(a);
-    (*columns)[first + mount_size() + a] = by_place.col(a);
+    (*columns)[first + a] = by_mount.col(a);
+    (*columns)[first + mount_size() + a] = by_mount.col(3 + a);
   }
+}
+
+void SystematicBasis::AddGiven(const Pose& world_from_body, const TagDetection& tag,
+                               const Eigen::Matrix<double, 8, 6>& by_mount,
+                               Columns* columns) const {
+  const Eigen::MatrixXd& root = given_[static_cast<size_t>(tag.camera)];
+  if (root.isZero(0)) return;
+  const Eigen::MatrixXd by_columns =
+      CornersByEntries(setup_, world_from_body, tag, by_mount) * root;
+  int first = size() - given_size();
+  for (int i = 0; i < tag.camera; ++i) {
+    first += static_cast<int>(given_[static_cast<size_t>(i)].cols());
+  }
+  for (int k = 0; k < by_columns.cols(); ++k) (*columns)[first + k] = by_columns.col(k);
 }
 
 bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_body,
@@ -234,11 +272,10 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
       columns[*first + a] = by_place.col(a);
     }
   }
-  AddMount(world_from_body, tag.camera, out->by_pose, &columns);
-  const int focal = size() - static_cast<int>(fields_.size());
-  columns[focal - 1] = Outwards(corners);
-  columns[focal + tag.camera] =
-      (corners.colwise() - Eigen::Vector2d(seen_by.camera.cx, seen_by.camera.cy)).reshaped();
+  const Eigen::Matrix<double, 8, 6> by_mount = ByMount(world_from_body, out->by_pose);
+  AddMount(tag.camera, by_mount, &columns);
+  columns[size() - given_size() - 1] = Outwards(corners);
+  AddGiven(world_from_body, tag, by_mount, &columns);
   const Eigen::Matrix<double, 8, 8> whitener =
       CornerWhitener(CornerCovariance(setup_, tag, noise.corner_sigma_px));
   const double norm = (whitener * out->residual).norm();

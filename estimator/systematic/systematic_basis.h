@@ -21,7 +21,8 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames);
 ///   - three a tag [m]: its position in W;
 ///   - three a camera after the first [rad], and three [m]: what its mount is off, in the body;
 ///   - one shift of all corners away from the centre of their tag, along the diagonals [px];
-///   - each camera's focal length, relative.
+///   - what is given of each camera's lens and mount, by columns of a root of its covariance: of
+///     unit variance. A field that is learned beside them is what they leave.
 class SystematicBasis {
  public:
   /// Only those tags' own errors are parameters; tag ids.
@@ -56,6 +57,8 @@ class SystematicBasis {
   /// False where a corner cannot be predicted.
   bool Linearize(const NoiseModel& noise, const Pose& world_from_body, const TagDetection& tag,
                  TagTerms* out) const;
+  /// Whether anything of these errors is given.
+  bool AnyIsGiven() const;
 
  private:
   using Columns = std::map<int, Eigen::Matrix<double, 8, 1>>;
@@ -65,16 +68,24 @@ class SystematicBasis {
     const ImageField* field;
   };
   std::vector<FieldBlock> FieldBlocks() const;
-  int field_size() const;   // columns of all fields' knots,
-  int field_modes() const;  // of their modes,
-  int tag_size() const;     // of all tags,
-  int mount_size() const;   // of the mounts' rotations, and of their places
-  void AddMount(const Pose& world_from_body, int camera, const Eigen::Matrix<double, 8, 6>& by_pose,
-                Columns* columns) const;
+  int field_size() const;      // columns of all fields' knots,
+  int field_modes() const;     // of their modes,
+  int tag_size() const;        // of all tags,
+  int mount_size() const;      // of the mounts' rotations, and of their places
+  int given_size() const;      // of all cameras' lenses and mounts, the last ones,
+  bool CameraIsGiven() const;  // of which anything is given
+  // What a turn of a mount about its body's axes and a shift of it in the body (in W where the
+  // camera stands) add to the seen corners.
+  Eigen::Matrix<double, 8, 6> ByMount(const Pose& world_from_body,
+                                      const Eigen::Matrix<double, 8, 6>& by_pose) const;
+  void AddMount(int camera, const Eigen::Matrix<double, 8, 6>& by_mount, Columns* columns) const;
+  void AddGiven(const Pose& world_from_body, const TagDetection& tag,
+                const Eigen::Matrix<double, 8, 6>& by_mount, Columns* columns) const;
 
   EstimatorSetup setup_;
-  std::vector<ImageField> fields_;     // of each camera
-  std::unordered_map<int, int> tags_;  // id to its place
+  std::vector<ImageField> fields_;      // of each camera
+  std::vector<Eigen::MatrixXd> given_;  // of each camera: RootOfGiven
+  std::unordered_map<int, int> tags_;   // id to its place
 };
 
 }  // namespace tagtwist::internal

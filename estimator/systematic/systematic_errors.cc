@@ -10,7 +10,8 @@ namespace tagtwist::internal {
 namespace {
 
 constexpr size_t kMostFrames = 500;
-// Share of the errors' effect on the states that may be neglected.
+// Share of the errors' effect on the states that may be neglected; where errors are given, which
+// may be many times the noise, of a frame's own noise where that is less.
 constexpr double kNeglected = 0.002;
 // Of a pose's information, each direction in its own unit: below it the frame's tags leave it open.
 constexpr double kLeastPivot = 1e-9;
@@ -21,6 +22,7 @@ using TagTerms = SystematicBasis::TagTerms;
 struct Sums {
   LinearEvidence eliminated;
   Eigen::MatrixXd known_poses;  // F'F, lower triangle
+  int frames = 0;
 };
 
 // nullopt where a corner cannot be predicted.
@@ -91,6 +93,7 @@ Sums SumUp(const SystematicBasis& basis, const NoiseModel& noise,
     const auto tags = LinearizeTags(basis, noise, frame);
     if (!tags || !EliminatePose(*tags, &sums.eliminated)) continue;
     for (const TagTerms& tag : *tags) AddTag(tag, &sums);
+    ++sums.frames;
   }
   sums.eliminated.information.triangularView<Eigen::Lower>() += sums.known_poses;
   for (Eigen::MatrixXd* m : {&sums.eliminated.information, &sums.known_poses}) {
@@ -99,8 +102,10 @@ Sums SumUp(const SystematicBasis& basis, const NoiseModel& noise,
   return sums;
 }
 
-// Columns whose squares sum up to the second moment, but for those that hardly move a pose.
-Eigen::MatrixXd RootOf(const EvidenceFit& fit, const Eigen::MatrixXd& taken_by_poses) {
+// Columns whose squares sum up to the second moment, but for those that hardly move a pose: by no
+// more than a share of all of them, or of `noise`, if that is less.
+Eigen::MatrixXd RootOf(const EvidenceFit& fit, const Eigen::MatrixXd& taken_by_poses,
+                       double noise) {
   const Eigen::MatrixXd moment = fit.covariance + fit.mean * fit.mean.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(moment);
   const Eigen::MatrixXd root =
@@ -108,7 +113,7 @@ Eigen::MatrixXd RootOf(const EvidenceFit& fit, const Eigen::MatrixXd& taken_by_p
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> effect(root.transpose() * taken_by_poses *
                                                               root);
   const Eigen::VectorXd& sizes = effect.eigenvalues();  // ascending
-  const double all = sizes.cwiseMax(0).sum();
+  const double all = std::min(noise, sizes.cwiseMax(0).sum());
   Eigen::Index neglected = 0;
   double sum = 0;
   while (neglected < sizes.size() && sum + std::max(0.0, sizes(neglected)) <= kNeglected * all) {
@@ -135,7 +140,8 @@ SystematicErrors LearnSystematicErrors(const SystematicBasis& basis, const Noise
     out.mount_sigma_m = fit.groups[5].sigma;
   }
   const Eigen::MatrixXd taken = sums.known_poses - sums.eliminated.information;
-  out.root = basis.FromModes(RootOf(fit, basis.ToModes(taken)));
+  const double of_noise = basis.AnyIsGiven() ? 6.0 * sums.frames : HUGE_VAL;
+  out.root = basis.FromModes(RootOf(fit, basis.ToModes(taken), of_noise));
   return out;
 }
 

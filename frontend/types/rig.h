@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <array>
 #include <string>
 #include <utility>
@@ -30,6 +31,10 @@ struct RigCamera {
   double line_time_s = 0;  // of a rolling shutter: row v is taken line_time_s * v after the stamp
   Pose cam_from_body;      // of one that stands in W: cam_from_world
   double clock_offset_s = 0;  // its stamps plus this are times of the body's clock
+  /// What is known of its errors: covariance of [log focal length (both), log fy/fx, cx [px],
+  /// cy [px], distortion coefficients in the order of the configuration, step of cam_from_body (6,
+  /// Retract)]. Of size 0 where nothing is said.
+  Eigen::MatrixXd covariance = {};
 };
 
 /// The cameras of a body, or those that watch it: one or several. What one camera must stand for

@@ -98,6 +98,8 @@ TEST_F(CameraProgram, WritesACameraThatTheEstimateTakes) {
   EXPECT_THAT(run.out, HasSubstr("verdict    good"));
   EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("  # +- "));
   EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("\n  focal_sigma: "));
+  EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("\n  principal_point_sigma_px: ["));
+  EXPECT_THAT(ReadText(folder_ / "camera.yaml"), HasSubstr("\n  correlations:\n  "));
   EXPECT_THAT(ReadText(folder_ / "seen.svg"), HasSubstr("</svg>"));
   const std::string report = ReadText(folder_ / "camera.html");
   EXPECT_THAT(report, HasSubstr("good: nothing speaks against it"));

@@ -4,6 +4,7 @@
 #include "estimator/report/files/calibration_text.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/number_text.h"
+#include "frontend/io/setup/camera_section.h"
 #include "frontend/io/setup/tag_map_text.h"
 #include "frontend/types/lens/lens.h"
 #include "residuals/lens.h"
@@ -26,7 +27,7 @@ std::string MountText(const Calibration& c) {
          "\n  translation_m: " + FormatNumberList(pose.translation()) +
          Format("  # +- %.2g %.2g %.2g", c.sigma(first + 3), c.sigma(first + 4),
                 c.sigma(first + 5)) +
-         "\n";
+         "\n" + MountSigmaLines(c.set_up.rig.front(), "  ");
 }
 
 std::string MapText(const Calibration& c) {
@@ -42,7 +43,7 @@ std::string MapText(const Calibration& c) {
     notes.back() += Format(", bend +- %.2f mm", 1e3 * c.sigma(bend));
   }
   std::string out = "\n" + FormatTagMap(c.set_up.map, notes);
-  if (const auto sigma_m = SigmasOf(c).tag_m) {
+  if (const auto sigma_m = TagSigmaOf(c)) {
     out.insert(out.find("  tags:\n"), "  sigma_m: " + Number(*sigma_m) + "\n");
   }
   return out;
@@ -50,12 +51,10 @@ std::string MapText(const Calibration& c) {
 
 }  // namespace
 
-RefinedSigmas SigmasOf(const Calibration& c) {
-  RefinedSigmas out;
-  if (const double focal = c.sigma(kLogFocal); focal > 0) out.focal = focal;
+std::optional<double> TagSigmaOf(const Calibration& c) {
   const double tag_m = TagSigma(c.refined, {c.covariance, c.prior_sigmas, c.has_truth});
-  if (tag_m > 0) out.tag_m = tag_m;
-  return out;
+  if (tag_m > 0) return tag_m;
+  return std::nullopt;
 }
 
 std::string CameraText(const Calibration& c, double inflation) {
@@ -65,7 +64,6 @@ std::string CameraText(const Calibration& c, double inflation) {
                     "\n  height: " + std::to_string(camera.height) + "\n";
   out += "  fx: " + Number(camera.fx) + SigmaComment("%.3g", focal * camera.fx) + "\n";
   out += "  fy: " + Number(camera.fy) + SigmaComment("%.3g", focal * camera.fy) + "\n";
-  if (focal > 0) out += "  focal_sigma: " + Number(focal) + "\n";
   out += "  cx: " + Number(camera.cx) + SigmaComment("%.3g", inflation * c.sigma(kCentreX)) + "\n";
   out += "  cy: " + Number(camera.cy) + SigmaComment("%.3g", inflation * c.sigma(kCentreY)) + "\n";
   out += std::string("  distortion_model: ") + LensName(camera.lens) + "\n";
@@ -76,9 +74,12 @@ std::string CameraText(const Calibration& c, double inflation) {
   out += "  # +-" + sigmas + "\n";
   const double line_time_sigma_s = inflation * c.sigma(LayoutOf(c.given).line_time());
   const double line_time_s = c.set_up.rig.front().line_time_s;
-  if (line_time_s == 0 && !(line_time_sigma_s > 0)) return out;
-  return out + "  line_time_s: " + Number(line_time_s) + SigmaComment("%.2g", line_time_sigma_s) +
-         "\n";
+  if (line_time_s != 0 || line_time_sigma_s > 0) {
+    out += "  line_time_s: " + Number(line_time_s) + SigmaComment("%.2g", line_time_sigma_s) + "\n";
+  }
+  RigCamera known = c.set_up.rig.front();
+  known.covariance *= inflation * inflation;
+  return out + LensSigmaLines(known, "  ");
 }
 
 std::string FormatCalibrationConfig(const Calibration& c, const std::string& options) {

@@ -134,7 +134,7 @@ Result<CameraFile> ReadOwn(const YamlValue& node) {
   CameraFile out;
   ReadCameraKeys(&section, &out.camera);
   ReadLineTime(&section, &out.line_time_s);
-  ReadFocalSigma(&section, &out.focal_sigma);
+  ReadLensSigmas(&section, out.camera, &out.covariance);
   if (Status status = section.Finish(); !status) return status.error();
   return out;
 }

@@ -1,10 +1,11 @@
 #pragma once
-#include <optional>
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "frontend/io/setup/yaml_reader.h"
 #include "frontend/types/camera.h"
+#include "frontend/types/rig.h"
 
 namespace tagtwist::internal {
 
@@ -23,9 +24,19 @@ Status SetLens(const YamlValue& node, const NamedLens& lens, std::vector<double>
 
 /// The keys of the section `camera` (docs/formats.md) from a section that may have others, too.
 void ReadCameraKeys(YamlSection* section, Camera* camera);
-/// Reads what is known of both focal lengths: `focal_sigma`, a relative standard deviation.
-void ReadFocalSigma(YamlSection* section, std::optional<double>* focal_sigma);
 /// Reads the shutter of the camera: `line_time_s`, [s] from row to row.
 void ReadLineTime(YamlSection* section, double* line_time_s);
+
+/// Entries of a lens in RigCamera::covariance; the mount's six follow.
+Eigen::Index LensEntries(const Camera& camera);
+/// Reads what a section `camera`, whose lens is read, says of its errors (docs/formats.md) into the
+/// lens's part of a RigCamera::covariance; that stays as it is where nothing is said.
+void ReadLensSigmas(YamlSection* section, const Camera& camera, Eigen::MatrixXd* covariance);
+/// The same of a section `cam_from_body` or `cam_from_world` into the mount's part. `own_lens`: it
+/// stands beside the lens that its correlations are with; else those do not count.
+void ReadMountSigmas(YamlSection* section, bool own_lens, RigCamera* camera);
+/// These keys as they are read, each line behind an indent; empty where nothing is known.
+std::string LensSigmaLines(const RigCamera& camera, const std::string& indent);
+std::string MountSigmaLines(const RigCamera& camera, const std::string& indent);
 
 }  // namespace tagtwist::internal

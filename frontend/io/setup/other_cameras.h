@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +15,7 @@ namespace tagtwist::internal {
 struct CameraFile {
   Camera camera;
   double line_time_s = 0;                 // of a rolling shutter; only tagtwist's own files tell it
-  std::optional<double> focal_sigma;      // of both focal lengths, relative; as line_time_s
+  Eigen::MatrixXd covariance;             // of the lens, as RigCamera's, or empty; as line_time_s
   std::optional<Pose> cam_from_body;      // the body is the IMU
   std::string mount_key;                  // the member that the mount is from: "T_cam_imu"
   std::optional<Pose> cam_from_previous;  // T_cn_cnm1: from the camera before it in its file

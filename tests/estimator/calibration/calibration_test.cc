@@ -171,8 +171,19 @@ TEST(SlowCalibration, ConfigurationReadsBack) {
     EXPECT_EQ(read.size_m, written.size_m);
     EXPECT_LT((read.world_from_tag.params - written.world_from_tag.params).norm(), 1e-15);
   }
-  EXPECT_DOUBLE_EQ(config->estimator.focal_sigma.value_or(0), result->sigma(kLogFocal));
-  EXPECT_DOUBLE_EQ(config->estimator.tag_sigma_m.value_or(0), SigmasOf(*result).tag_m.value_or(1));
+  const Eigen::MatrixXd& read = config->set_up.rig.front().covariance;
+  const Eigen::MatrixXd& known = result->set_up.rig.front().covariance;
+  ASSERT_EQ(read.rows(), known.rows());
+  EXPECT_NEAR(std::sqrt(known(kLogFocal, kLogFocal)), result->sigma(kLogFocal), 1e-12);
+  const int mount = LayoutOf(result->given).mount();
+  EXPECT_NEAR(known(known.rows() - 6, known.rows() - 6), result->covariance(mount, mount), 1e-15);
+  const Eigen::VectorXd sigmas = known.diagonal().cwiseSqrt();
+  for (Eigen::Index i = 0; i < known.size(); ++i) {
+    const Eigen::Index row = i / known.rows(), column = i % known.rows();
+    EXPECT_NEAR(read(row, column), known(row, column), 1e-8 * sigmas(row) * sigmas(column));
+  }
+  EXPECT_NE(known(kCentreX, known.rows() - 6), 0);  // centre and mount go together
+  EXPECT_DOUBLE_EQ(config->estimator.tag_sigma_m.value_or(0), TagSigmaOf(*result).value_or(1));
   EXPECT_EQ(config->estimator.window_frames, 17);
   EXPECT_EQ(config->estimator.corner_sigma_px, 0.15);
   EXPECT_FALSE(config->estimator.accel_psd);

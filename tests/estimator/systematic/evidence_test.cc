@@ -53,6 +53,16 @@ TEST(Evidence, KeepsAGroupThatTheDataDoNotSpeakOfWhereOthersAreSeen) {
   EXPECT_NEAR(fit.covariance(40, 40), 0.49, 1e-9);
 }
 
+TEST(Evidence, AGivenGroupAloneBringsNothingBack) {
+  LinearEvidence data = DrawLinear(2.0, 0, 0.5, 400, 5);
+  data.information.bottomRows(30).setZero();
+  data.information.rightCols(30).setZero();
+  data.gradient.tail(30).setZero();
+  const auto fit = FitByEvidence(data, {{0, 30, 2, true}, {30, 30, 0.7}});
+  EXPECT_DOUBLE_EQ(fit.groups[0].sigma, 2);
+  EXPECT_EQ(fit.groups[1].sigma, 0);
+}
+
 TEST(Evidence, LeavesWhatIsGivenAsItIs) {
   const LinearEvidence data = DrawLinear(2.0, 0, 0.5, 400, 5);
   const auto fit = FitByEvidence(data, {{0, 30, 1}, {30, 30, 0.02, true}});

@@ -91,6 +91,7 @@ EstimatorSetup CourseSetup(const EstimatorOptions& options) {
 
 SetUp SetUpOf(const EstimatorSetup& setup) {
   SetUp out = MakeSetUp(setup.camera, setup.cam_from_body, setup.map);
+  out.rig.front().covariance = setup.camera_covariance;
   out.rig.front().line_time_s = setup.line_time_s;
   out.rig.mounted_on = setup.mounted_on;
   out.rig.cameras.insert(out.rig.cameras.end(), setup.others.begin(), setup.others.end());
