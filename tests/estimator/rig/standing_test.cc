@@ -128,8 +128,8 @@ TEST(Standing, ErrorsOfTagsAndMountsDoWhatTheBasisSays) {
     ADD_FAILURE() << "no column " << column;
     return Eigen::Matrix<double, 8, 1>::Zero();
   };
-  // The columns end: tags, the turns and the places of two mounts, a bias, three focal lengths.
-  const int mounts = basis.size() - 3 - 1 - 12, tags = mounts - 12;
+  // After the tags come the turns and the places of two mounts.
+  const int mounts = *basis.FirstOfTag(ids.back()) + 3;
   std::vector<Change> changes;
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
@@ -139,13 +139,13 @@ TEST(Standing, ErrorsOfTagsAndMountsDoWhatTheBasisSays) {
     one.world_from_tag =
         MakePose(one.world_from_tag.rotation(), one.world_from_tag.translation() + step);
     moved.map = TagMap("tag36h11", all);
-    changes.push_back({tags + 3 * tag.id + axis, moved});
+    changes.push_back({*basis.FirstOfTag(tag.id) + axis, moved});
     for (const bool turn : {true, false}) {
       tagtwist::SetUp other = set_up;
       Pose& mount = other.rig.cameras[1].cam_from_body;
-      const Pose world_from_new =
+      const Pose error =
           turn ? MakePose(ExpSo3(step), {0, 0, 0}) : MakePose(Eigen::Quaterniond::Identity(), step);
-      mount = mount * Inverse(world_from_new);
+      mount = mount * error;  // as a mount on the body errs: cam_from_body Exp(error)
       changes.push_back({mounts + (turn ? 0 : 6) + axis, other});
     }
   }
