@@ -1,5 +1,6 @@
 #include "residuals/tag_calibration_residual.h"
 
+#include "frontend/base/take_shape.h"
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
 
@@ -30,7 +31,7 @@ bool EvaluateTagCalibration(const Tag& tag, double scale, const Camera& camera,
   const Eigen::Matrix3d at_stamp = world_from_cam.rotation().toRotationMatrix().transpose();
   const Eigen::Matrix3d tag_rotation = tag.world_from_tag.rotation().toRotationMatrix();
   const std::array<Eigen::Vector3d, 4> corners = TagCornersInWorld(tag);
-  out->by_lens.resize(8, LensSize(camera));
+  TakeShape(8, LensSize(camera), &out->by_lens);
   for (int i = 0; i < 4; ++i) {
     const auto c = static_cast<size_t>(i);
     const Eigen::Vector3d in_world = scale * corners[c];

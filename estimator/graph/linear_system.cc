@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "frontend/base/statistics/robust.h"
+#include "frontend/base/take_shape.h"
 #include "residuals/motion_residual.h"
 #include "residuals/pose_manifold.h"
 #include "residuals/tag_reprojection_residual.h"
@@ -93,6 +94,15 @@ void EliminatePoint(const PointSystem& point, LinearSystem* system) {
   }
 }
 
+// Factors of all shapes come after one another into the same memory.
+template <typename Residual, typename Jacobian>
+void Take(const Residual& residual, const Jacobian& jacobian, LinearFactor* out) {
+  TakeShape(residual.rows(), 1, &out->residual);
+  TakeShape(jacobian.rows(), jacobian.cols(), &out->jacobian);
+  out->residual = residual;
+  out->jacobian = jacobian;
+}
+
 // LinearizeFactor before its loss: of the many factors without detours, of all others through
 // their cost function.
 bool LinearizeTag(const Graph& graph, const Factor& factor, LinearFactor* out) {
@@ -102,8 +112,7 @@ bool LinearizeTag(const Graph& graph, const Factor& factor, LinearFactor* out) {
            .Linearize(graph.Parameters(factor.blocks[0]), &residual, &jacobian)) {
     return false;
   }
-  out->residual = residual;
-  out->jacobian = jacobian;
+  Take(residual, jacobian, out);
   return true;
 }
 
@@ -114,8 +123,7 @@ void LinearizeMotion(const Graph& graph, const Factor& factor, LinearFactor* out
   for (size_t i = 0; i < 4; ++i) parameters[i] = graph.Parameters(factor.blocks[i]);
   static_cast<const MotionResidual&>(*factor.cost)
       .Linearize(parameters.data(), &residual, &jacobian);
-  out->residual = residual;
-  out->jacobian = jacobian;
+  Take(residual, jacobian, out);
 }
 
 bool LinearizeAny(const Graph& graph, const Factor& factor, LinearFactor* out) {
@@ -132,11 +140,11 @@ bool LinearizeAny(const Graph& graph, const Factor& factor, LinearFactor* out) {
     pointers.push_back(ambient.back().data());
     columns += TangentSize(factor.blocks[i].kind);
   }
-  out->residual.resize(rows);
+  TakeShape(rows, 1, &out->residual);
   if (!factor.cost->Evaluate(parameters.data(), out->residual.data(), pointers.data())) {
     return false;
   }
-  out->jacobian.resize(rows, columns);
+  TakeShape(rows, columns, &out->jacobian);
   int column = 0;
   for (size_t i = 0; i < sizes.size(); ++i) {
     const int size = TangentSize(factor.blocks[i].kind);

@@ -6,6 +6,7 @@
 
 #include "estimator/systematic/given_errors.h"
 #include "frontend/base/statistics/robust.h"
+#include "frontend/base/take_shape.h"
 #include "frontend/types/so3.h"
 #include "residuals/corner_whitener.h"
 #include "residuals/tag_reprojection_residual.h"
@@ -285,7 +286,7 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
   out->residual = scale * out->residual;
   out->by_pose = scale * out->by_pose;
   out->columns.clear();
-  out->by_parameters.resize(8, static_cast<Eigen::Index>(columns.size()));
+  TakeShape(8, static_cast<Eigen::Index>(columns.size()), &out->by_parameters);
   for (const auto& [column, effect] : columns) {
     out->by_parameters.col(static_cast<Eigen::Index>(out->columns.size())) = scale * effect;
     out->columns.push_back(column);
