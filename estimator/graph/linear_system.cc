@@ -103,8 +103,7 @@ void Take(const Residual& residual, const Jacobian& jacobian, LinearFactor* out)
   out->jacobian = jacobian;
 }
 
-// LinearizeFactor before its loss: of the many factors without detours, of all others through
-// their cost function.
+// LinearizeFactor before its loss: the many factors without detours, others by their cost.
 bool LinearizeTag(const Graph& graph, const Factor& factor, LinearFactor* out) {
   Eigen::Matrix<double, 8, 1> residual;
   Eigen::Matrix<double, 8, 6> jacobian;
