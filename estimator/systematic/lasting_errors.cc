@@ -7,8 +7,7 @@
 namespace tagtwist::internal {
 namespace {
 
-// A few seconds at the rate of cameras; less says little of what lasts.
-constexpr size_t kFirstTurn = 16;
+constexpr size_t kFirstTurn = 16;  // fewer frames say little of what lasts
 constexpr size_t kMostKept = 128;
 
 std::vector<int> IdsOf(const TagMap& map) {
@@ -25,9 +24,13 @@ LastingErrors::LastingErrors(const EstimatorSetup& setup)
       are_given_(basis_.AnyIsGiven()),
       next_(kFirstTurn) {}
 
-bool LastingErrors::Add(const NoiseModel& noise, GraphFrame frame) {
+bool LastingErrors::Add(const NoiseModel& noise, int64_t t_ns, const BodyState& state,
+                        const std::vector<TagDetection>& tags) {
   if (passed_++ % stride_ != 0) return false;
-  frames_.push_back(std::move(frame));
+  GraphFrame& kept = frames_.emplace_back();
+  kept.t_ns = t_ns;
+  kept.state = state;
+  kept.tags = tags;
   if (frames_.size() < next_) return false;
   const bool changed = Learn(noise);
   if (2 * frames_.size() <= kMostKept) {

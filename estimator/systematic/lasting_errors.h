@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -18,8 +19,9 @@ class LastingErrors {
   explicit LastingErrors(const EstimatorSetup& setup);
 
   /// Takes a frame at its solution, with the tags that count in it; true: what is known of the
-  /// errors has changed.
-  bool Add(const NoiseModel& noise, GraphFrame frame);
+  /// errors has changed. Most frames are not kept, and not copied.
+  bool Add(const NoiseModel& noise, int64_t t_ns, const BodyState& state,
+           const std::vector<TagDetection>& tags);
 
   /// Whether there are any.
   bool AreAny() const { return root_ || are_given_; }

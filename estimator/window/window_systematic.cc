@@ -39,25 +39,6 @@ double FadeOf(double share, bool to_both_sides) {
 
 }  // namespace
 
-PosePush PushOfTags(const LastingErrors& errors, const NoiseModel& noise,
-                    const std::vector<TagDetection>& tags, const FrameEstimate& frame) {
-  PosePush out{frame.t_ns, PoseCovariance::Zero(), {}};
-  const SystematicBasis& basis = errors.basis();
-  Eigen::MatrixXd of_parameters = Eigen::MatrixXd::Zero(6, basis.size());
-  SystematicBasis::TagTerms terms;
-  for (const TagDetection& tag : tags) {
-    if (frame.status == FrameStatus::kNoFix) break;
-    if (!basis.Linearize(noise, frame.state.world_from_body, tag, &terms)) continue;
-    out.information += terms.by_pose.transpose() * terms.by_pose;
-    const Eigen::MatrixXd push = terms.by_pose.transpose() * terms.by_parameters;
-    for (size_t k = 0; k < terms.columns.size(); ++k) {
-      of_parameters.col(terms.columns[k]) += push.col(static_cast<Eigen::Index>(k));
-    }
-  }
-  out.push = errors.TimesRoot(of_parameters);
-  return out;
-}
-
 void SystematicShift::AddTo(const PosePush& own, const std::deque<PosePush>& later,
                             FrameEstimate* frame) {
   if (frame->status == FrameStatus::kNoFix) {
@@ -93,30 +74,44 @@ void SystematicShift::AddTo(const PosePush& own, const std::deque<PosePush>& lat
 
 void WindowSystematic::AddTo(const FrameMeasurements& measurement, const NoiseModel& noise,
                              WindowOutput* out) {
-  seen_.push_back({out->current, UsedOf(measurement.tags, out->used_tags)});
+  const bool has_state = out->current.status != FrameStatus::kNoFix;
+  seen_.push_back(
+      {out->current.t_ns, out->current.state.world_from_body,
+       has_state ? UsedOf(measurement.tags, out->used_tags) : std::vector<TagDetection>()});
   Learn(noise, out->lagged);
   if (errors_.AreAny()) {
-    if (pushes_.size() + 1 == seen_.size()) {
-      pushes_.push_back(PushOfTags(errors_, noise, seen_.back().tags, out->current));
-    }
+    if (pushes_.size() + 1 == seen_.size()) pushes_.push_back(PushOf(seen_.back(), noise));
     at_arrival_.AddTo(pushes_.back(), {}, &out->current);
   }
   AddTo(&out->lagged);
+}
+
+PosePush WindowSystematic::PushOf(const Seen& seen, const NoiseModel& noise) const {
+  PosePush out{seen.t_ns, PoseCovariance::Zero(), {}};
+  const SystematicBasis& basis = errors_.basis();
+  Eigen::MatrixXd of_parameters = Eigen::MatrixXd::Zero(6, basis.size());
+  SystematicBasis::TagTerms terms;
+  for (const TagDetection& tag : seen.tags) {
+    if (!basis.Linearize(noise, seen.world_from_body, tag, &terms)) continue;
+    out.information += terms.by_pose.transpose() * terms.by_pose;
+    const Eigen::MatrixXd push = terms.by_pose.transpose() * terms.by_parameters;
+    for (size_t k = 0; k < terms.columns.size(); ++k) {
+      of_parameters.col(terms.columns[k]) += push.col(static_cast<Eigen::Index>(k));
+    }
+  }
+  out.push = errors_.TimesRoot(of_parameters);
+  return out;
 }
 
 void WindowSystematic::Learn(const NoiseModel& noise, const std::vector<FrameEstimate>& lagged) {
   bool changed = errors_.AreAny() && pushes_.empty();  // at the start, where any are given
   auto seen = seen_.begin();
   for (const FrameEstimate& frame : lagged) {
-    while (seen != seen_.end() && seen->at_arrival.t_ns < frame.t_ns) ++seen;
+    while (seen != seen_.end() && seen->t_ns < frame.t_ns) ++seen;
     if (seen == seen_.end()) break;
-    if (seen->at_arrival.t_ns != frame.t_ns || seen->tags.empty()) continue;
-    if (frame.status == FrameStatus::kNoFix) continue;
-    GraphFrame learned;
-    learned.t_ns = frame.t_ns;
-    learned.state = frame.state;
-    learned.tags = seen->tags;
-    changed = errors_.Add(noise, std::move(learned)) || changed;
+    const bool tells = seen->t_ns == frame.t_ns && !seen->tags.empty();
+    if (!tells || frame.status == FrameStatus::kNoFix) continue;
+    changed = errors_.Add(noise, frame.t_ns, frame.state, seen->tags) || changed;
   }
   if (changed) PushAnew(noise);
 }
@@ -126,27 +121,23 @@ void WindowSystematic::PushAnew(const NoiseModel& noise) {
   at_arrival_ = at_lag_ = SystematicShift();
   pushes_.clear();
   if (!errors_.AreAny()) return;
-  for (const Seen& seen : seen_) {
-    pushes_.push_back(PushOfTags(errors_, noise, seen.tags, seen.at_arrival));
-  }
+  for (const Seen& seen : seen_) pushes_.push_back(PushOf(seen, noise));
 }
 
 void WindowSystematic::AddTo(std::vector<FrameEstimate>* lagged) {
-  const auto drop = [&] {
-    seen_.pop_front();
-    if (!pushes_.empty()) pushes_.pop_front();
-  };
   for (FrameEstimate& frame : *lagged) {
-    while (!seen_.empty() && seen_.front().at_arrival.t_ns < frame.t_ns) drop();
-    if (seen_.empty() || seen_.front().at_arrival.t_ns != frame.t_ns) continue;
-    if (pushes_.empty()) {
-      drop();
-      continue;
-    }
-    const PosePush own = std::move(pushes_.front());
-    drop();
-    at_lag_.AddTo(own, pushes_, &frame);
+    while (!seen_.empty() && seen_.front().t_ns < frame.t_ns) TakeOldest();
+    if (seen_.empty() || seen_.front().t_ns != frame.t_ns) continue;
+    if (const auto own = TakeOldest()) at_lag_.AddTo(*own, pushes_, &frame);
   }
+}
+
+std::optional<PosePush> WindowSystematic::TakeOldest() {
+  seen_.pop_front();
+  if (pushes_.empty()) return std::nullopt;
+  PosePush out = std::move(pushes_.front());
+  pushes_.pop_front();
+  return out;
 }
 
 }  // namespace tagtwist::internal

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
@@ -19,8 +20,6 @@ struct PosePush {
   PoseCovariance information = PoseCovariance::Zero();
   Eigen::MatrixXd push;
 };
-PosePush PushOfTags(const LastingErrors& errors, const NoiseModel& noise,
-                    const std::vector<TagDetection>& tags, const FrameEstimate& frame);
 
 /// What errors that last do to the poses of consecutive frames: the shift that each frame's own
 /// tags would have by them, averaged with its neighbours' over as many frames as its covariance
@@ -49,11 +48,15 @@ class WindowSystematic {
  private:
   // A frame that is not yet told at the lag.
   struct Seen {
-    FrameEstimate at_arrival;
-    std::vector<TagDetection> tags;
+    int64_t t_ns = 0;
+    Pose world_from_body;            // at its arrival
+    std::vector<TagDetection> tags;  // that it was made with: none where it has no state
   };
   void Learn(const NoiseModel& noise, const std::vector<FrameEstimate>& lagged);
   void PushAnew(const NoiseModel& noise);
+  PosePush PushOf(const Seen& seen, const NoiseModel& noise) const;
+  // Its push, where errors are known.
+  std::optional<PosePush> TakeOldest();
 
   LastingErrors errors_;
   SystematicShift at_arrival_, at_lag_;

@@ -27,11 +27,8 @@ std::vector<size_t> ChangesOf(LastingErrors* errors) {
   noise.corner_sigma_px = 0.15;
   std::vector<size_t> out;
   for (size_t i = 0; i < flight.truth.size(); ++i) {
-    GraphFrame frame;
-    frame.t_ns = flight.measurements[i].t_ns;
-    frame.state = flight.truth[i];
-    frame.tags = flight.measurements[i].tags;
-    if (errors->Add(noise, std::move(frame))) out.push_back(i + 1);
+    const FrameMeasurements& frame = flight.measurements[i];
+    if (errors->Add(noise, frame.t_ns, flight.truth[i], frame.tags)) out.push_back(i + 1);
   }
   return out;
 }
