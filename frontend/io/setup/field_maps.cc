@@ -6,24 +6,13 @@
 #include <utility>
 #include <vector>
 
+#include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/tables/csv.h"
 #include "frontend/io/tables/text_grid.h"
 #include "frontend/types/tag_family.h"
 
 namespace tagtwist::internal {
 namespace {
-
-// The members x, y, z of a mapping.
-Eigen::Vector3d ReadTranslation(const YamlValue* node, YamlSection* parent) {
-  Eigen::Vector3d out = Eigen::Vector3d::Zero();
-  if (node == nullptr) return out;
-  YamlSection section(*node);
-  section.Require("x", &out.x());
-  section.Require("y", &out.y());
-  section.Require("z", &out.z());
-  parent->Keep(section.FirstFault());
-  return out;
-}
 
 // WPILib: x out of the tag's face, y to the right as printed, z up.
 Pose FromFace(const Eigen::Quaterniond& world_from_face, const Eigen::Vector3d& position) {
@@ -39,8 +28,7 @@ Status ReadWpilibTag(const YamlValue& node, double size_m, Tag* tag) {
   const YamlValue* pose = section.Require(std::string("pose"));
   if (pose == nullptr) return section.FirstFault();
   YamlSection parts(*pose);
-  const Eigen::Vector3d position =
-      ReadTranslation(parts.Require(std::string("translation")), &parts);
+  const Eigen::Vector3d position = ReadXyz(parts.Require(std::string("translation")), &parts);
   const YamlValue* rotation = parts.Require(std::string("rotation"));
   if (rotation == nullptr) return parts.FirstFault();
   YamlSection turn(*rotation);

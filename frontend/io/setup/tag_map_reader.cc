@@ -163,6 +163,17 @@ std::optional<Eigen::Vector3d> ReadVector3(const YamlValue* node, YamlSection* s
   return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
 }
 
+Eigen::Vector3d ReadXyz(const YamlValue* node, YamlSection* parent) {
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();
+  if (node == nullptr) return out;
+  YamlSection section(*node);
+  section.Require("x", &out.x());
+  section.Require("y", &out.y());
+  section.Require("z", &out.z());
+  parent->Keep(section.FirstFault());
+  return out;
+}
+
 std::optional<Eigen::Quaterniond> ReadRotation(YamlSection* section) {
   const YamlValue* matrix_node = section->Find("rotation");
   const YamlValue* quaternion_node = section->Find("quaternion_xyzw");

@@ -13,5 +13,7 @@ Result<TagMap> ReadTagMap(const YamlValue& section);
 std::optional<Eigen::Quaterniond> ReadRotation(YamlSection* section);
 /// Three numbers, or nullopt with the fault kept in the section.
 std::optional<Eigen::Vector3d> ReadVector3(const YamlValue* node, YamlSection* section);
+/// The members x, y and z of a mapping; of no node, or with a fault, which its parent keeps, zeros.
+Eigen::Vector3d ReadXyz(const YamlValue* node, YamlSection* parent);
 
 }  // namespace tagtwist::internal

@@ -3,24 +3,10 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist::internal {
-namespace {
-
-// The members x, y, z of a mapping.
-Eigen::Vector3d ReadXyz(const YamlValue* node, YamlSection* parent) {
-  Eigen::Vector3d out = Eigen::Vector3d::Zero();
-  if (node == nullptr) return out;
-  YamlSection section(*node);
-  section.Require("x", &out.x());
-  section.Require("y", &out.y());
-  section.Require("z", &out.z());
-  parent->Keep(section.FirstFault());
-  return out;
-}
-
-}  // namespace
 
 Pose ReadTagSlamPose(const YamlValue* node, YamlSection* parent) {
   if (node == nullptr) return Pose();
