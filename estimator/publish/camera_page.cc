@@ -15,6 +15,7 @@ namespace tagtwist::internal {
 std::string_view CameraHtml();
 std::string_view CameraJs();
 std::string_view LiveCss();
+std::string_view PageJs();
 
 namespace {
 
@@ -54,7 +55,9 @@ std::string VerdictJson(const CameraVerdictToShow& verdict) {
 }  // namespace
 
 std::string CameraPageHtml() {
-  return WithAssets(CameraHtml(), {{"/*live.css*/", LiveCss()}, {"/*camera.js*/", CameraJs()}});
+  return WithAssets(
+      CameraHtml(),
+      {{"/*live.css*/", LiveCss()}, {"/*page.js*/", PageJs()}, {"/*camera.js*/", CameraJs()}});
 }
 
 Result<std::unique_ptr<CameraPage>> CameraPage::Start(const Options& options) {

@@ -9,6 +9,7 @@ namespace tagtwist::internal {
 std::string_view LiveHtml();
 std::string_view LiveCss();
 std::string_view LiveJs();
+std::string_view PageJs();
 
 namespace {
 
@@ -43,7 +44,9 @@ std::string WithAssets(
 }
 
 std::string LivePage() {
-  return WithAssets(LiveHtml(), {{"/*live.css*/", LiveCss()}, {"/*live.js*/", LiveJs()}});
+  return WithAssets(
+      LiveHtml(),
+      {{"/*live.css*/", LiveCss()}, {"/*page.js*/", PageJs()}, {"/*live.js*/", LiveJs()}});
 }
 
 std::string SetUpJson(const PublishedRun& run, bool can_record) {

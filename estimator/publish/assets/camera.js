@@ -1,27 +1,20 @@
 // Draws what comes over the WebSocket while a camera is calibrated: pictures with the corners found, and what is known.
 (function () {
   "use strict";
-  const $ = (id) => document.getElementById(id);
-  const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const { $, css, setText, setStatus, setLines } = Page;
 
-  let setup = null, facts = null, picture = null, waiting = null, decoding = false, socket = null;
+  let setup = null, facts = null;
+  const camera = { picture: null, waiting: null, decoding: false };
   let paused = false, shows = true, dirty = true, described = -1e9;
 
   // ---- what comes ----
-  function connect() {
-    const scheme = location.protocol === "https:" ? "wss://" : "ws://";
-    socket = new WebSocket(scheme + location.host + "/" + location.search, "tagtwist.live.v1");
-    socket.binaryType = "arraybuffer";
-    socket.onmessage = (event) => (typeof event.data === "string" ? takeText(event.data) : takePicture(event.data));
-    socket.onclose = () => {
-      if (facts && facts.verdict) return;  // it has said its last word
-      setStatus("lost", "no connection");
-      setText("words", "The program does not answer; trying again.");
-      setTimeout(connect, 1000);
-    };
+  function lose() {
+    if (facts && facts.verdict) return false;  // it has said its last word
+    setStatus("lost", "no connection");
+    setText("words", "The program does not answer; trying again.");
+    return true;
   }
-  function takeText(text) {
-    const message = JSON.parse(text);
+  function takeText(message) {
     if (message.type === "setup") {
       setup = message;
       setText("recording", setup.recording);
@@ -31,42 +24,12 @@
     }
     dirty = true;
   }
-  // One image is decoded at a time; of those that come meanwhile the newest.
-  function takePicture(bytes) {
-    waiting = bytes;
-    if (!decoding) decodeNext();
-  }
-  async function decodeNext() {
-    decoding = true;
-    while (waiting) {
-      const bytes = waiting, length = new DataView(bytes).getUint32(0, true);
-      waiting = null;
-      const numbers = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
-      const jpeg = new Uint8Array(bytes, 4 + length);
-      numbers.bitmap = jpeg.length ? await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" })) : null;
-      const old = paused && picture ? numbers : picture;
-      if (!paused || !picture) picture = numbers;
-      if (old && old.bitmap) old.bitmap.close();
-      dirty = true;
-    }
-    decoding = false;
+  async function takePicture(numbers) {
+    await Page.show(camera, numbers, () => paused);
+    dirty = true;
   }
 
   // ---- words ----
-  function setStatus(status, text) {
-    $("status").dataset.status = status;
-    setText("status", text);
-  }
-  function setText(id, text) {
-    if ($(id).textContent !== text) $(id).textContent = text;
-  }
-  function setLines(lines) {
-    const list = $("next");
-    if (list.dataset.lines === lines.join("\n")) return;
-    list.dataset.lines = lines.join("\n");
-    list.replaceChildren(...lines.map((line) => Object.assign(document.createElement("li"), { textContent: line })));
-    list.hidden = lines.length === 0;
-  }
   function cell(tag, text) { return Object.assign(document.createElement(tag), { textContent: text }); }
 
   function tell() {
@@ -76,7 +39,7 @@
     // "12 frames kept; what is missing; ...": what comes first is told with the numbers.
     const parts = (verdict ? verdict.text.replace(/^(not )?good: /, "") : facts.words).split("; ").filter((part) => !/frames kept$/.test(part));
     setText("words", parts.length > 1 ? "Show next:" : parts[0] || "");
-    setLines(parts.length > 1 ? parts : []);
+    setLines("next", parts.length > 1 ? parts : []);
     setText("kept", String(facts.kept));
     setText("covered-share", Math.round(100 * facts.covered) + " % of the cells");
     const last = facts.known[facts.known.length - 1], first = facts.known[0];
@@ -103,7 +66,7 @@
     return THIRDS.filter((_, i) => 2 * none[i] > all[i]);
   }
   function describe() {
-    $("view").setAttribute("aria-label", "The camera's image with " + (picture ? picture.seen.length : 0) + " tags");
+    $("view").setAttribute("aria-label", "The camera's image with " + (camera.picture ? camera.picture.seen.length : 0) + " tags");
     if (!facts) return;
     const where = uncovered();
     $("cover").setAttribute("aria-label", Math.round(100 * facts.covered) + " % of the image's cells saw corners" + (where.length ? "; few at its " + where.join(", ") : ""));
@@ -117,35 +80,22 @@
     facts.cells.forEach((n, i) => draw(n, (w * (i % columns)) / columns, (h * Math.floor(i / columns)) / rows, w / columns, h / rows));
   }
   function drawView() {
-    const canvas = $("view");
-    if (!picture) return;
-    const scale = Math.max(1, Math.ceil(720 / picture.width));  // a whole number of pixels for each of the image's own
-    const w = scale * picture.width, h = scale * picture.height;
-    if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; canvas.style.aspectRatio = w + " / " + h; }
-    const g = canvas.getContext("2d");
-    g.imageSmoothingEnabled = false;
-    g.fillStyle = "#000";
-    g.fillRect(0, 0, w, h);
-    if (picture.bitmap) g.drawImage(picture.bitmap, 0, 0, w, h);
+    if (!camera.picture) return;
+    const { g, w, h, scale, at, quad } = Page.drawImage($("view"), camera.picture);
     if (shows && facts && !facts.verdict) {
       g.fillStyle = "rgba(255, 90, 77, 0.22)";
       cells((n, x, y, cw, ch) => n === 0 && g.fillRect(x, y, cw, ch), w, h);
     }
-    const at = (c, i) => [scale * (c[2 * i] + 0.5), scale * (c[2 * i + 1] + 0.5)];
-    for (const { corners } of picture.seen) {
-      g.strokeStyle = "#3bd65a"; g.lineWidth = 2; g.beginPath();
-      for (let i = 0; i < 4; i++) g[i ? "lineTo" : "moveTo"](...at(corners, i));
-      g.closePath(); g.stroke();
+    for (const { corners } of camera.picture.seen) {
+      quad(corners, "#3bd65a", 2);
       g.fillStyle = "#3bd65a";
       for (let i = 0; i < 4; i++) { g.beginPath(); g.arc(...at(corners, i), 2 + scale, 0, 7); g.fill(); }
     }
-    canvas.dataset.t = picture.t;
-    canvas.dataset.scale = scale;
   }
   function drawCover() {
     if (!facts) return;
-    const canvas = $("cover"), w = 720, h = picture ? Math.round((720 * picture.height) / picture.width) : 540;
-    if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; canvas.style.aspectRatio = w + " / " + h; }
+    const canvas = $("cover"), picture = camera.picture, w = 720, h = picture ? Math.round((720 * picture.height) / picture.width) : 540;
+    Page.size(canvas, w, h);
     const g = canvas.getContext("2d");
     g.clearRect(0, 0, w, h);
     g.font = "600 20px system-ui, sans-serif"; g.textAlign = "center"; g.textBaseline = "middle"; g.lineWidth = 1;
@@ -158,11 +108,7 @@
     }, w, h);
   }
   function drawSigmas() {
-    const canvas = $("sigmas"), ratio = window.devicePixelRatio || 1;
-    const w = Math.max(1, canvas.clientWidth), h = 170;
-    canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio);
-    const g = canvas.getContext("2d");
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const { g, w, h } = Page.sized($("sigmas"), 170);
     g.clearRect(0, 0, w, h);
     if (!facts || !facts.known.length) return;
     const first = new Map(facts.known[0].numbers.map((n) => [n.name, n.sigma]));
@@ -231,6 +177,6 @@
   });
   addEventListener("resize", () => (dirty = true));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (dirty = true));
-  connect();
+  Page.connect({ text: takeText, picture: takePicture, lost: lose });
   requestAnimationFrame(draw);
 })();

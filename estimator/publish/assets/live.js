@@ -2,12 +2,11 @@
 // facts about the run. Everything is kept in rings; what is hidden or paused is not drawn.
 (function () {
   "use strict";
-  const $ = (id) => document.getElementById(id);
-  const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const { $, css, setText, setStatus, setLines, sized } = Page;
   const SPAN_S = 10, MOST_STATES = 1500, MOST_PATH = 6000;
   const AXIS = ["#ff3b3b", "#35e06a", "#4b9bff"];
 
-  let setup = null, facts = null, socket = null, paused = false, dirty = true;
+  let setup = null, facts = null, link = null, paused = false, dirty = true;
   // Of each body its states, its path, and what of them is shown while paused; of each camera the
   // newest picture, and the bytes of the next one.
   let bodies = new Map(), cameras = new Map();
@@ -15,20 +14,12 @@
   const view = { turn: 0, tilt: 0, zoom: 1 };
 
   // ---- what comes ----
-  function connect() {
-    const scheme = location.protocol === "https:" ? "wss://" : "ws://";
-    socket = new WebSocket(scheme + location.host + "/" + location.search, "tagtwist.live.v1");
-    socket.binaryType = "arraybuffer";
-    socket.onmessage = (event) => (typeof event.data === "string" ? takeText(event.data) : takePicture(event.data));
-    socket.onclose = (event) => {
-      setStatus("lost", event.code === 1001 ? "ended" : "no connection");
-      $("verdict").textContent = event.code === 1001 ? "The run has ended." : "The program does not answer; trying again.";
-      setTimeout(connect, 1000);
-    };
+  function lose(event) {
+    setStatus("lost", event.code === 1001 ? "ended" : "no connection");
+    $("verdict").textContent = event.code === 1001 ? "The run has ended." : "The program does not answer; trying again.";
   }
 
-  function takeText(text) {
-    const message = JSON.parse(text);
+  function takeText(message) {
     if (message.type === "setup") {
       if (paused) togglePause();
       setup = message; facts = null;
@@ -76,31 +67,11 @@
     if (states.length > MOST_STATES) states.splice(0, states.length - MOST_STATES);
   }
 
-  // Of a camera one image is decoded at a time; of those that come meanwhile the newest.
-  function takePicture(bytes) {
-    const length = new DataView(bytes).getUint32(0, true);
-    const numbers = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
-    numbers.jpeg = new Uint8Array(bytes, 4 + length);
+  async function takePicture(numbers) {
     const of = cameras.get(numbers.camera);
     if (!of || of.name !== $("camera").value) return;  // nobody looks at it
-    of.waiting = numbers;
-    if (!of.decoding) decodeNext(of);
-  }
-  async function decodeNext(of) {
-    of.decoding = true;
-    while (of.waiting) {
-      const numbers = of.waiting;
-      of.waiting = null;
-      numbers.bitmap = numbers.jpeg.length ? await createImageBitmap(new Blob([numbers.jpeg], { type: "image/jpeg" })) : null;
-      if (!paused || !of.picture) {
-        if (of.picture && of.picture.bitmap) of.picture.bitmap.close();
-        of.picture = numbers;
-      } else if (numbers.bitmap) {
-        numbers.bitmap.close();
-      }
-      dirty = true;
-    }
-    of.decoding = false;
+    await Page.show(of, numbers, () => paused);
+    dirty = true;
   }
 
   // Roll, pitch and yaw (turns about z, then y, then x) in degrees, with their standard deviations
@@ -130,13 +101,6 @@
   };
 
   // ---- words ----
-  function setStatus(status, text) {
-    $("status").dataset.status = status;
-    if ($("status").textContent !== text) $("status").textContent = text;
-  }
-  function setText(id, text) {
-    if ($(id).textContent !== text) $(id).textContent = text;
-  }
   const STATUS = {
     ok: "ok", hurried: "hurried", predicted: "predicted", ambiguous: "ambiguous", no_fix: "no fix",
   };
@@ -145,13 +109,7 @@
     setText("verdict", facts.verdict);
     setText("rate", facts.rate_hz.toFixed(1) + " Hz");
     setText("latency", facts.latency_ms.p50.toFixed(1) + " ms, " + facts.latency_ms.p99.toFixed(1) + " ms");
-    const list = $("aside");
-    const lines = facts.set_aside.map((tag) => "tag " + tag.id + " is set aside in " + Math.round(100 * tag.share) + " % of the frames that see it: it " + tag.why);
-    if (list.dataset.lines !== lines.join("\n")) {
-      list.dataset.lines = lines.join("\n");
-      list.replaceChildren(...lines.map((line) => Object.assign(document.createElement("li"), { textContent: line })));
-      list.hidden = lines.length === 0;
-    }
+    setLines("aside", facts.set_aside.map((tag) => "tag " + tag.id + " is set aside in " + Math.round(100 * tag.share) + " % of the frames that see it: it " + tag.why));
     const r = facts.recording;
     if (!r) return;
     $("record").setAttribute("aria-pressed", String(r.on));
@@ -162,7 +120,7 @@
   function tellState(shown) {
     const s = shown[shown.length - 1];
     if (!s) return;
-    if (socket.readyState === 1) setStatus(s.status, (STATUS[s.status] || s.status) + (paused ? ", paused" : ""));
+    if (link.isOpen()) setStatus(s.status, (STATUS[s.status] || s.status) + (paused ? ", paused" : ""));
     setText("time", s.t.toFixed(2) + " s");
     setText("dropped", String(s.frames_dropped));
     setText("tags", s.n_tags + ", " + s.n_tracks);
@@ -191,33 +149,10 @@
   }
 
   // ---- pictures ----
-  function sized(canvas, height) {
-    const ratio = window.devicePixelRatio || 1;
-    const w = Math.max(1, Math.round(canvas.clientWidth * ratio)), h = Math.max(1, Math.round((height || canvas.clientHeight) * ratio));
-    if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
-    const g = canvas.getContext("2d");
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    return { g, w: w / ratio, h: h / ratio };
-  }
-
   function drawView() {
-    const canvas = $("view"), picture = setup && camera().picture;
+    const picture = setup && camera().picture;
     if (!picture) return;
-    // The canvas has the image's own pixels, a whole number of them each.
-    const scale = Math.max(1, Math.ceil(720 / picture.width));
-    const w = scale * picture.width, h = scale * picture.height;
-    if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; canvas.style.aspectRatio = w + " / " + h; }
-    const g = canvas.getContext("2d");
-    g.imageSmoothingEnabled = false;
-    g.fillStyle = "#000";
-    g.fillRect(0, 0, w, h);
-    if (picture.bitmap) g.drawImage(picture.bitmap, 0, 0, w, h);
-    const at = (points, i) => [scale * (points[2 * i] + 0.5), scale * (points[2 * i + 1] + 0.5)];
-    const quad = (points, colour, width) => {
-      g.strokeStyle = colour; g.lineWidth = width; g.beginPath();
-      for (let i = 0; i < 4; i++) g[i ? "lineTo" : "moveTo"](...at(points, i));
-      g.closePath(); g.stroke();
-    };
+    const { g, h, scale, at, quad } = Page.drawImage($("view"), picture);
     const seen = new Set(picture.seen.map((tag) => tag.id));
     for (const tag of picture.map) quad(tag.corners, "#ffa02e", 1.2);
     for (const tag of picture.seen) quad(tag.corners, tag.used ? "#3bd65a" : "#ff5a4d", tag.used ? 1.6 : 3);
@@ -237,8 +172,6 @@
       const place = [scale * (x + 0.5), Math.min(h - 3, scale * (y + 0.5) + 7 * scale)];
       g.strokeText(tag.id, ...place); g.fillText(tag.id, ...place);
     }
-    canvas.dataset.t = picture.t;
-    canvas.dataset.scale = scale;
   }
 
   // ---- the path ----
@@ -409,9 +342,9 @@
     dirty = true;
   }
   function toggleRecord() {
-    if (!setup || !setup.can_record || !socket || socket.readyState !== 1) return;
+    if (!setup || !setup.can_record || !link.isOpen()) return;
     const on = $("record").getAttribute("aria-pressed") !== "true";
-    socket.send(JSON.stringify({ type: "record", on }));
+    link.socket.send(JSON.stringify({ type: "record", on }));
   }
   const TURN = Math.PI / 12;
   const VIEW = {
@@ -465,6 +398,6 @@
   ["pointerup", "pointercancel"].forEach((name) => $("path").addEventListener(name, () => (drag = null)));
   addEventListener("resize", () => (dirty = true));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (dirty = true));
-  connect();
+  link = Page.connect({ text: takeText, picture: takePicture, lost: lose });
   requestAnimationFrame(draw);
 })();
