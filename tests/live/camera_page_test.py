@@ -2,16 +2,12 @@
 covered, sigmas and verdict; nothing on the console; refused without the token.
 
 python3 camera_page_test.py PROGRAMS [SCREENSHOTS]; exit status 77 where there is no Chromium."""
-import json
 import math
 import os
-import queue
 import re
 import subprocess
 import sys
 import tempfile
-import threading
-import time
 
 import browser
 import live_run
@@ -49,46 +45,19 @@ def way(seconds):
     return out
 
 
-class Calibration:
+class Calibration(live_run.ProgramRun):
     """tagtwist_camera with a page over a film in a folder of its own."""
 
     def __init__(self, programs, seconds, more=()):
-        self.folder = tempfile.TemporaryDirectory(prefix='tagtwist-camera-')
-        self.programs = os.path.abspath(programs)
+        folder, programs = tempfile.TemporaryDirectory(prefix='tagtwist-camera-'), os.path.abspath(programs)
         for name, text in (('sheet.yaml', SHEET), ('truth.yaml', CAMERA + SHEET), ('way.csv', way(seconds))):
-            with open(self.path(name), 'w', encoding='utf-8') as file:
+            with open(os.path.join(folder.name, name), 'w', encoding='utf-8') as file:
                 file.write(text)
-        subprocess.run([os.path.join(self.programs, 'tagtwist_simulate'), '--output', 'film', '--config', 'truth.yaml', '--trajectory',
+        subprocess.run([os.path.join(programs, 'tagtwist_simulate'), '--output', 'film', '--config', 'truth.yaml', '--trajectory',
                         'way.csv', '--imu_rate', '0', '--rate', '10', '--duration', str(seconds), '--scribble', '0'],
-                       cwd=self.folder.name, check=True, stdout=subprocess.DEVNULL)
-        self.process = subprocess.Popen(
-            [os.path.join(self.programs, 'tagtwist_camera'), '--from', 'film', '--map', 'sheet.yaml', '--output', 'camera.yaml',
-             '--report', 'camera.html', '--page', '0', *more], cwd=self.folder.name, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.lines, self.told = queue.Queue(), []
-        threading.Thread(target=self._read, daemon=True).start()
-
-    def path(self, name):
-        return os.path.join(self.folder.name, name)
-
-    def _read(self):
-        for line in self.process.stdout:
-            self.told.append(line)
-            self.lines.put(line)
-
-    def link(self):
-        while True:
-            found = re.match(r'page +(\S+)$', self.lines.get(timeout=60))
-            if found:
-                return found.group(1)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
-        self.folder.cleanup()
+                       cwd=folder.name, check=True, stdout=subprocess.DEVNULL)
+        super().__init__(folder, [os.path.join(programs, 'tagtwist_camera'), '--from', 'film', '--map', 'sheet.yaml', '--output', 'camera.yaml',
+                                  '--report', 'camera.html', '--page', '0', *more])
 
 
 FOUND = '''(() => ({

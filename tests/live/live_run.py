@@ -8,18 +8,12 @@ import tempfile
 import threading
 
 
-class LiveRun:
-    """tagtwist_estimate --realtime over a flight in a folder of its own."""
+class ProgramRun:
+    """A program in a folder of its own, with what it tells on its way."""
 
-    def __init__(self, programs, more, rate=30, seconds=8, simulate=()):
-        self.folder = tempfile.TemporaryDirectory(prefix='tagtwist-live-')
-        programs = os.path.abspath(programs)
-        subprocess.run([os.path.join(programs, 'tagtwist_simulate'), '--output', 'flight', '--trajectory', 'hover',
-                        '--rate', str(rate), '--duration', str(seconds), '--imu_rate', '0', *simulate],
-                       cwd=self.folder.name, check=True, stdout=subprocess.DEVNULL)
-        self.process = subprocess.Popen(
-            [os.path.join(programs, 'tagtwist_estimate'), '--dataset', 'flight', '--sliding_window', '--realtime',
-             '--output', 'out', *more], cwd=self.folder.name, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    def __init__(self, folder, command):
+        self.folder = folder
+        self.process = subprocess.Popen(command, cwd=folder.name, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.lines, self.told = queue.Queue(), []
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()
@@ -29,7 +23,7 @@ class LiveRun:
             self.told.append(line)
             self.lines.put(line)
 
-    def link(self, name):
+    def link(self, name='page'):
         """The address of a line "page       http://..."."""
         while True:
             found = re.match(name + r' +(\S+)$', self.lines.get(timeout=60))
@@ -54,6 +48,19 @@ class LiveRun:
             self.process.kill()
             self.process.wait()
         self.folder.cleanup()
+
+
+class LiveRun(ProgramRun):
+    """tagtwist_estimate --realtime over a flight in a folder of its own."""
+
+    def __init__(self, programs, more, rate=30, seconds=8, simulate=()):
+        folder = tempfile.TemporaryDirectory(prefix='tagtwist-live-')
+        programs = os.path.abspath(programs)
+        subprocess.run([os.path.join(programs, 'tagtwist_simulate'), '--output', 'flight', '--trajectory', 'hover',
+                        '--rate', str(rate), '--duration', str(seconds), '--imu_rate', '0', *simulate],
+                       cwd=folder.name, check=True, stdout=subprocess.DEVNULL)
+        super().__init__(folder, [os.path.join(programs, 'tagtwist_estimate'), '--dataset', 'flight', '--sliding_window', '--realtime',
+                                  '--output', 'out', *more])
 
 
 def said(port, request, patience_s=5):

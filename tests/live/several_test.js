@@ -1,26 +1,12 @@
 // Two boards before two cameras that stand: each body and each camera by its name in every stream, with the numbers of
-// states_NAME.csv. node several_test.js PROGRAMS; NODE_PATH and exit status 77 as of streams_test.js.
+// states_NAME.csv. node several_test.js PROGRAMS; NODE_PATH and exit status 77 as of streams.js.
 "use strict";
 const assert = require("node:assert");
 const { spawn, spawnSync } = require("node:child_process");
 const dgram = require("node:dgram");
 const fs = require("node:fs");
-const os = require("node:os");
 const path = require("node:path");
-
-let foxglove, mcap, ws;
-try {
-  foxglove = require("@foxglove/ws-protocol");
-  mcap = require("@mcap/core");
-  ws = require("ws");
-} catch (missing) {
-  console.log("skipped: " + missing.message.split("\n")[0]);
-  process.exit(77);
-}
-const programs = path.resolve(process.argv[2]);
-const folder = fs.mkdtempSync(path.join(os.tmpdir(), "tagtwist-several-"));
-process.on("exit", () => fs.rmSync(folder, { recursive: true, force: true }));
-const at = (name) => path.join(folder, name);
+const { programs, folder, at, rowsOf, keyOf, followFoxglove, readMcap, countTopics } = require("./streams.js");
 
 const BODIES = ["board", "toy"], CAMERAS = ["left", "right"];
 const cameras = "cameras:\n" + CAMERAS.map((name, i) => `  - name: ${name}
@@ -49,17 +35,10 @@ function make() {
   assert.strictEqual(made.status, 0, String(made.stderr));
 }
 
-function rowsOf(name) {
-  const [head, ...lines] = fs.readFileSync(at(name), "utf8").trim().split("\n");
-  const names = head.split(",");
-  return lines.map((line) => Object.fromEntries(line.split(",").map((cell, i) => [names[i], cell])));
-}
-const keyOf = (stamp) => stamp.sec + "." + String(stamp.nsec).padStart(9, "0");
-
 // What a run of `more` gives by foxglove, whose client counts, by datagrams and by its files.
 function run(more) {
   return new Promise((resolve, reject) => {
-    const socket = dgram.createSocket("udp4"), got = { datagrams: [], messages: [] };
+    const socket = dgram.createSocket("udp4"), got = { datagrams: [], messages: [], faults: [] };
     socket.on("message", (message) => got.datagrams.push(JSON.parse(message.toString())));
     socket.bind(0, "127.0.0.1", () => {
       const program = spawn(path.join(programs, "tagtwist_estimate"), ["--dataset", "flight", "--config", "two.yaml", "--sliding_window", "--output", "out",
@@ -68,31 +47,11 @@ function run(more) {
       program.stderr.on("data", (data) => (error += data));
       program.stdout.on("data", (data) => {
         const link = /foxglove +(\S+)/.exec(String(data));
-        if (link) follow(link[1], got);
+        if (link) followFoxglove(link[1], got);
       });
       program.on("exit", (status) => { socket.close(); status === 0 ? resolve(got) : reject(new Error("status " + status + ": " + error)); });
     });
   });
-}
-
-function follow(link, got) {
-  const client = new foxglove.FoxgloveClient({ ws: new ws.WebSocket(link, [foxglove.FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
-  const topics = new Map();
-  client.on("error", (fault) => assert.fail(String(fault)));
-  client.on("advertise", (channels) => channels.forEach((channel) => topics.set(client.subscribe(channel.id), channel.topic)));
-  client.on("message", (message) => got.messages.push([topics.get(message.subscriptionId),
-    JSON.parse(Buffer.from(message.data.buffer, message.data.byteOffset, message.data.byteLength).toString())]));
-}
-
-function readMcap() {
-  const reader = new mcap.McapStreamReader(), topics = new Map(), out = [];
-  reader.append(fs.readFileSync(at("out.mcap")));
-  for (let record; (record = reader.nextRecord()); ) {
-    if (record.type === "Channel") topics.set(record.id, record.topic);
-    if (record.type === "Message") out.push([topics.get(record.channelId), JSON.parse(Buffer.from(record.data).toString())]);
-  }
-  assert(reader.done());
-  return out;
 }
 
 function checkState(state, rows) {
@@ -106,9 +65,8 @@ function checkState(state, rows) {
 }
 
 function checkMessages(messages, rows) {
-  const counts = {}, images = new Set();
+  const counts = countTopics(messages), images = new Set();
   for (const [topic, message] of messages) {
-    counts[topic] = (counts[topic] || 0) + 1;
     const [, , name, what] = topic.split("/");
     if (what === "state") { assert.strictEqual(message.body, name); checkState(message, rows); }
     if (what === "twist") assert.strictEqual(message.angular_frame_id, name);
@@ -130,7 +88,9 @@ async function main() {
   make();
   const files = await run([]);
   let rows = statesOf();
-  const n = rows.board.size, counts = checkMessages(readMcap(), rows);
+  const file = readMcap("out.mcap");
+  assert(file.done);
+  const n = rows.board.size, counts = checkMessages(file.messages, rows);
   console.log("mcap:", JSON.stringify(counts), "of", n, "frames");
   for (const name of BODIES) {
     assert.strictEqual(counts["/tagtwist/" + name + "/state"], n);
@@ -157,6 +117,7 @@ async function main() {
   fs.rmSync(at("rec"), { recursive: true });
   const live = await run(["--realtime", "--page", "0", "--publish", "foxglove"]);
   rows = statesOf();
+  assert.deepStrictEqual(live.faults, []);
   console.log("foxglove:", JSON.stringify(checkMessages(live.messages, rows)));
   for (const state of live.datagrams) checkState(state, rows);
 }

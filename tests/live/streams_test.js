@@ -1,26 +1,12 @@
 // Foxglove's own client over the WebSocket and @mcap/core over the file read what states.csv has; so does whoever
-// listens for datagrams. node streams_test.js PROGRAMS; NODE_PATH leads to the packages @foxglove/ws-protocol, @mcap/core
-// and ws; exit status 77 where they are not.
+// listens for datagrams. node streams_test.js PROGRAMS; NODE_PATH and exit status 77 as of streams.js.
 "use strict";
 const assert = require("node:assert");
 const { spawn, spawnSync } = require("node:child_process");
 const dgram = require("node:dgram");
 const fs = require("node:fs");
-const os = require("node:os");
 const path = require("node:path");
-
-let foxglove, mcap, ws;
-try {
-  foxglove = require("@foxglove/ws-protocol");
-  mcap = require("@mcap/core");
-  ws = require("ws");
-} catch (missing) {
-  console.log("skipped: " + missing.message.split("\n")[0]);
-  process.exit(77);
-}
-const programs = path.resolve(process.argv[2]);
-const folder = fs.mkdtempSync(path.join(os.tmpdir(), "tagtwist-streams-"));
-process.on("exit", () => fs.rmSync(folder, { recursive: true, force: true }));
+const { mcap, programs, folder, at, rowsOf, keyOf, followFoxglove, readMcap, countTopics } = require("./streams.js");
 
 const COLUMNS = {
   position: ["x", "y", "z"], orientation: ["qx", "qy", "qz", "qw"], linear_velocity: ["vx_world", "vy_world", "vz_world"],
@@ -28,16 +14,7 @@ const COLUMNS = {
   sigma: ["rx", "ry", "rz", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"].map((name) => "sigma_" + name),
 };
 
-function statesCsv() {
-  const [head, ...lines] = fs.readFileSync(path.join(folder, "out/states.csv"), "utf8").trim().split("\n");
-  const names = head.split(",");
-  return new Map(lines.map((line) => {
-    const cells = line.split(",");
-    return [cells[0], Object.fromEntries(names.map((name, i) => [name, cells[i]]))];
-  }));
-}
-
-const keyOf = (stamp) => stamp.sec + "." + String(stamp.nsec).padStart(9, "0");
+const statesCsv = () => new Map(rowsOf("out/states.csv").map((row) => [row.t, row]));
 
 // Numbers of a state message are those of its row; returns how many were compared.
 function checkState(state, rows) {
@@ -100,37 +77,9 @@ function run(args, onLine) {
   });
 }
 
-function followFoxglove(link, got) {
-  const client = new foxglove.FoxgloveClient({ ws: new ws.WebSocket(link, [foxglove.FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
-  const topics = new Map();
-  client.on("error", (error) => got.faults.push(String(error)));
-  client.on("serverInfo", (info) => (got.info = info));
-  client.on("advertise", (channels) => {
-    for (const channel of channels) {
-      assert.strictEqual(channel.schemaEncoding, "jsonschema");
-      JSON.parse(channel.schema);
-      topics.set(client.subscribe(channel.id), channel.topic);
-    }
-  });
-  client.on("message", (message) => {
-    got.messages.push([topics.get(message.subscriptionId), JSON.parse(Buffer.from(message.data.buffer, message.data.byteOffset, message.data.byteLength).toString())]);
-  });
-}
-
-async function readMcap(name) {
-  const reader = new mcap.McapStreamReader();
-  reader.append(fs.readFileSync(path.join(folder, name)));
-  const topics = new Map(), out = [];
-  for (let record; (record = reader.nextRecord()); ) {
-    if (record.type === "Channel") topics.set(record.id, record.topic);
-    if (record.type === "Message") out.push([topics.get(record.channelId), JSON.parse(Buffer.from(record.data).toString())]);
-  }
-  return { messages: out, done: reader.done() };
-}
-
 // As Foxglove seeks: by the index at the file's end, messages of some topics from some time on.
 async function readIndexed(name, args) {
-  const bytes = fs.readFileSync(path.join(folder, name));
+  const bytes = fs.readFileSync(at(name));
   const readable = { size: async () => BigInt(bytes.length),
     read: async (offset, size) => bytes.subarray(Number(offset), Number(offset + size)) };
   const reader = await mcap.McapIndexedReader.Initialize({ readable });
@@ -143,23 +92,16 @@ async function readIndexed(name, args) {
 
 // What a run that is killed has written is there, to the last message.
 async function checkKilled() {
-  const rowsOf = () => (fs.existsSync(path.join(folder, "killed.csv")) ?
-    fs.readFileSync(path.join(folder, "killed.csv"), "utf8").split("\n").length - 2 : 0);
+  const written = () => (fs.existsSync(at("killed.csv")) ? fs.readFileSync(at("killed.csv"), "utf8").split("\n").length - 2 : 0);
   const program = spawn(path.join(programs, "tagtwist_estimate"), ["--dataset", "flight", "--sliding_window", "--realtime", "--output",
     "killed", "--publish", "mcap:killed.mcap", "--publish", "csv:killed.csv"], { cwd: folder, stdio: "ignore" });
   const gone = new Promise((resolve) => program.on("exit", resolve));
-  while (rowsOf() < 50 && program.exitCode === null) await new Promise((resolve) => setTimeout(resolve, 5));
+  while (written() < 50 && program.exitCode === null) await new Promise((resolve) => setTimeout(resolve, 5));
   program.kill("SIGKILL");
   await gone;
-  const rows = rowsOf(), killed = await readMcap("killed.mcap"), states = countTopics(killed.messages)["/tagtwist/body/state"];
+  const rows = written(), killed = readMcap("killed.mcap"), states = countTopics(killed.messages)["/tagtwist/body/state"];
   console.log("mcap, killed:", states, "of", rows, "frames");
   assert(rows >= 50 && !killed.done && states > rows - 10);
-}
-
-function countTopics(messages) {
-  const counts = {};
-  for (const [topic] of messages) counts[topic] = (counts[topic] || 0) + 1;
-  return counts;
 }
 
 async function main() {
@@ -187,7 +129,7 @@ async function main() {
   console.log("udp:", datagrams.length, "datagrams");
   assert.strictEqual(datagrams.length, rows.size);
 
-  const file = await readMcap("out.mcap");
+  const file = readMcap("out.mcap");
   for (const [topic, message] of file.messages) checkMessage(topic, message, rows);
   console.log("mcap:", JSON.stringify(countTopics(file.messages)));
   assert(file.done);
@@ -206,9 +148,9 @@ async function main() {
   assert.deepStrictEqual(late.messages.map(([, state]) => keyOf(state.stamp)), wanted);
 
   // Cut anywhere the file reads as far as its last whole chunk.
-  const whole = fs.readFileSync(path.join(folder, "out.mcap"));
-  fs.writeFileSync(path.join(folder, "cut.mcap"), whole.subarray(0, Math.floor(whole.length / 2)));
-  const cut = await readMcap("cut.mcap");
+  const whole = fs.readFileSync(at("out.mcap"));
+  fs.writeFileSync(at("cut.mcap"), whole.subarray(0, Math.floor(whole.length / 2)));
+  const cut = readMcap("cut.mcap");
   assert(!cut.done && cut.messages.length > 0.2 * file.messages.length);
   await checkKilled();
 }

@@ -9,11 +9,13 @@ from flight import SOURCE, Flight
 
 
 class Docs(unittest.TestCase):
-    def test_code_runs(self):
+    def setUp(self):
         flight = Flight("hover")
         self.addCleanup(flight.remove)
         self.addCleanup(os.chdir, os.getcwd())
         os.chdir(flight.folder)
+
+    def test_code_runs(self):
         with open(f"{SOURCE}/docs/python.md", encoding="utf-8") as file:
             lines = re.findall(r"^    (.*)$", file.read(), re.MULTILINE)
         names = {}
@@ -24,10 +26,6 @@ class Docs(unittest.TestCase):
         self.assertEqual(len(names["from_tags"]), len(names["result"]))
 
     def test_the_example_of_live_plots(self):
-        flight = Flight("hover")
-        self.addCleanup(flight.remove)
-        self.addCleanup(os.chdir, os.getcwd())
-        os.chdir(flight.folder)
         with open(f"{SOURCE}/docs/live.md", encoding="utf-8") as file:
             section = file.read().split("## Python")[1].split("## ")[0]
         code = "\n".join(re.findall(r"^    (.*)$", section, re.MULTILINE))
