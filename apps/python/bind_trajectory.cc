@@ -22,7 +22,7 @@ world, B the body.
 
 constexpr const char* kStatesDoc = R"(What an estimate says of its frames: a Trajectory, and
   status       (N,) str: "ok"; "predicted": no tag in view; "hurried": a deadline came;
-               "ambiguous": two poses are open, the covariance has both in it;
+               "ambiguous": two poses or turns are open, the covariance has both;
                "no_fix": no state, its rows are NaN
   n_tags       (N,) tags used
   n_tracks     (N,) points followed

@@ -1,5 +1,6 @@
 #include "estimator/batch/batch.h"
 
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -7,7 +8,10 @@
 #include "estimator/batch/batch_audit.h"
 #include "estimator/batch/batch_states.h"
 #include "estimator/batch/first_solve.h"
+#include "estimator/batch/gap_turns.h"
+#include "estimator/batch/gaps.h"
 #include "estimator/batch/model_choice.h"
+#include "estimator/batch/open_accounts.h"
 #include "estimator/batch/two_poses.h"
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/graph_builder.h"
@@ -31,20 +35,6 @@ namespace tagtwist {
 
 using namespace internal;
 namespace {
-
-// Takes the covariance's place: of long recordings both would be a lot to hold.
-Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,
-                          const NoiseModel& noise) {
-  Trajectory out;
-  out.linear = noise.linear;
-  out.angular = noise.angular;
-  out.states = states;
-  for (int k = 0; k < covariance.size(); ++k) {
-    out.covariances.push_back(covariance.At(k, k));
-    if (k + 1 < covariance.size()) out.cross_covariances.push_back(covariance.At(k + 1, k));
-  }
-  return out;
-}
 
 // What lens, map and corners do to the states, over and over the same, goes into their covariances.
 SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -84,7 +74,8 @@ class BatchEstimator::Impl {
   // Solves and learns, again and again without the tags that the solution contradicts. Leaves in
   // `input` the states and the tags that were used, in `open` what these leave open.
   Result<Solution> SolveWithTrustedTags(const Measurements& measurements,
-                                        const std::vector<int>& state_of_frame, GraphInput* input,
+                                        const std::vector<int>& state_of_frame,
+                                        const std::vector<FrameRange>& gaps, GraphInput* input,
                                         NoiseModel* noise, std::vector<OpenAccounts>* open) const;
   // The rows of all frames, from where the graph has them; of those that had no state in it (-1)
   // from the trajectory.
@@ -117,16 +108,29 @@ void BatchEstimator::Impl::Add(FrameMeasurements measurement) {
 
 Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& measurements,
                                                             const std::vector<int>& state_of_frame,
+                                                            const std::vector<FrameRange>& gaps,
                                                             GraphInput* input, NoiseModel* noise,
                                                             std::vector<OpenAccounts>* open) const {
   const SolveOptions options{setup_.options.max_iterations, 0};
-  auto solution = SolveFromStarts(setup_, options, input, noise);
+  // Decides between ways that the measurements leave open.
+  const auto decide = [&](Result<Solution> solution) {
+    if (solution) {
+      solution = DecideTwoPoses(setup_, options, std::move(*solution), input, noise, open);
+    }
+    std::vector<OpenAccounts> in_gaps;
+    if (solution) {
+      solution = DecideGaps(setup_, options, gaps, std::move(*solution), input, noise, &in_gaps);
+    }
+    std::move(in_gaps.begin(), in_gaps.end(), std::back_inserter(*open));
+    return solution;
+  };
+  auto solution = decide(SolveFromStarts(setup_, options, input, noise));
   if (!solution) return solution;
-  solution = DecideTwoPoses(setup_, options, std::move(*solution), input, noise, open);
-  if (!solution) return solution;
-  std::vector<const std::vector<TagDetection>*> seen;  // in each state
+  const std::vector<TagDetection> none;  // in a state that is no frame's
+  std::vector<const std::vector<TagDetection>*> seen(input->frames.size(), &none);
   for (size_t i = 0; i < state_of_frame.size(); ++i) {
-    if (state_of_frame[i] >= 0) seen.push_back(&measurements[i].tags);
+    const int k = state_of_frame[i];
+    if (k >= 0) seen[static_cast<size_t>(k)] = &measurements[i].tags;
   }
   // What is left out may have misled a start or hidden another fault: until nothing changes.
   constexpr int kMaxRounds = 4;
@@ -138,8 +142,7 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
     if (!solution) return solution;
   }
   solution = LetMotionVary(setup_, options, std::move(*solution), input, noise);
-  if (!solution) return solution;
-  return DecideTwoPoses(setup_, options, std::move(*solution), input, noise, open);
+  return decide(std::move(solution));
 }
 
 void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
@@ -185,17 +188,19 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   const std::optional<SteadyClock> clock = ChooseClock(setup_, *starts, &out.noise);
   if (clock) TakeAtTimes(clock->t_ns, &*starts);
   out.noise = ChooseNoise(setup_, *starts, out.noise);
-  const std::vector<int> state_of_frame = StatesOfFrames(setup_, *starts, segmenter_.segments());
+  std::vector<int> state_of_frame = StatesOfFrames(setup_, *starts, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, segmenter_.segments(), &*starts);
+  const std::vector<FrameRange> gaps = FindAndBridgeGaps(out.noise, &state_of_frame, &input);
   TrackTally tracks = TallyOf(input.segments);
   std::vector<OpenAccounts> open;
-  auto solution = SolveWithTrustedTags(measurements, state_of_frame, &input, &out.noise, &open);
+  auto solution =
+      SolveWithTrustedTags(measurements, state_of_frame, gaps, &input, &out.noise, &open);
   if (!solution) return solution.error();
 
   std::vector<StateCovariance> covariances = StateCovariances(setup_, out.noise, input, &*solution);
   out.trajectory =
       MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
-  const std::vector<bool> ambiguous = CoverTwoPoses(open, &out.trajectory, &covariances);
+  const std::vector<bool> ambiguous = CoverOpenAccounts(open, &out.trajectory, &covariances);
   out.systematic = AddSystematic(setup_, out.noise, solution->graph, input.frames, &out.trajectory,
                                  &covariances);
   *solution = Solution();  // its memory is for the rows
@@ -208,12 +213,13 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
       frame.state = out.trajectory.At(frame.t_ns)->state;
     }
   }
+  const std::vector<FrameRange> around = StatesAround(out.trajectory.states, *starts);
   const SolvedFrames solved{measurements, *starts, state_of_frame};
   const TagAudit audit = AuditTags(setup_, solved, refused_, &out);
   out.warnings = doubled.Warnings();
   *ways = WaysWithoutTwins(setup_, solved, doubled);
   FillFrames(measurements, std::move(*starts), state_of_frame, covariances, clock, &out);
-  TellAmbiguous(ambiguous, state_of_frame, &out.frames);
+  TellAmbiguous(ambiguous, around, &out.frames);
   for (std::string& warning : audit.Warnings()) out.warnings.push_back(std::move(warning));
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);

@@ -59,4 +59,17 @@ std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const
   return out;
 }
 
+Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,
+                          const NoiseModel& noise) {
+  Trajectory out;
+  out.linear = noise.linear;
+  out.angular = noise.angular;
+  out.states = states;
+  for (int k = 0; k < covariance.size(); ++k) {
+    out.covariances.push_back(covariance.At(k, k));
+    if (k + 1 < covariance.size()) out.cross_covariances.push_back(covariance.At(k + 1, k));
+  }
+  return out;
+}
+
 }  // namespace tagtwist::internal

@@ -4,6 +4,8 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
+#include "estimator/graph/trajectory.h"
+#include "estimator/linear/block_banded.h"
 #include "estimator/solve/smoother.h"
 #include "frontend/types/body_state.h"
 
@@ -25,5 +27,10 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 /// up its factors, and has as many others afterwards: of long recordings they are a lot to hold.
 std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
                                               const GraphInput& input, Solution* solution);
+
+/// These states with their covariances. Takes the covariance's place: of long recordings both would
+/// be a lot to hold.
+Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,
+                          const NoiseModel& noise);
 
 }  // namespace tagtwist::internal

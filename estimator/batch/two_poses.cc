@@ -1,74 +1,17 @@
 #include "estimator/batch/two_poses.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/start/mirror.h"
-#include "frontend/types/so3.h"
 
 namespace tagtwist::internal {
 namespace {
 
-// Attitudes that lie further apart are open: 5 degrees.
-constexpr double kOpenRad = 0.0873;
-// Gain in the logarithm of a likelihood that is worth solving everything anew.
-constexpr double kLikelier = 0.5;
 // States on either side of a run that are solved with it: what lies beyond says nothing of it.
 constexpr int kBeside = 30;
-
-// A run with the frames beside it, as a problem of its own.
-struct Stretch {
-  FrameRange states;  // in the whole
-  GraphInput input;
-};
-
-Stretch Around(const GraphInput& whole, const FrameRange& run) {
-  Stretch out;
-  const int n = static_cast<int>(whole.frames.size());
-  out.states = {std::max(0, run.first - kBeside), std::min(n - 1, run.last + kBeside)};
-  out.input.frames.assign(whole.frames.begin() + out.states.first,
-                          whole.frames.begin() + out.states.last + 1);
-  out.input.first_frame = whole.first_frame + out.states.first;
-  for (const TrackSegment& segment : whole.segments) {
-    const bool inside = segment.first_frame >= out.input.first_frame &&
-                        segment.last_frame() <= whole.first_frame + out.states.last;
-    if (inside) out.input.segments.push_back(segment);
-  }
-  return out;
-}
-
-// States within a standard deviation of one another: two minima that are none.
-bool AreTheSame(const Solution& a, const std::vector<GraphState>& b) {
-  for (size_t k = 0; k < b.size(); ++k) {
-    const Eigen::Matrix<double, 6, 1> d = Difference(b[k], a.graph.states[k]).head<6>();
-    const int i = static_cast<int>(k);
-    const PoseCovariance p = a.covariance.At(i, i).topLeftCorner<6, 6>();
-    if (!(d.dot(p.llt().solve(d)) < 1)) return false;
-  }
-  return true;
-}
-
-OtherAccount AccountOf(const Solution& solution, double gain) {
-  OtherAccount out{solution.graph.states, {}, {}, gain};
-  for (int k = 0; k < solution.covariance.size(); ++k) {
-    out.covariances.push_back(solution.covariance.At(k, k));
-    if (k > 0) out.cross_covariances.push_back(solution.covariance.At(k, k - 1));
-  }
-  return out;
-}
-
-double CostOfCorners(const EstimatorSetup& setup, const NoiseModel& noise,
-                     const std::vector<GraphFrame>& frames, const Solution& solution) {
-  double sum = 0;
-  for (size_t k = 0; k < frames.size(); ++k) {
-    sum += CornerCost(setup, noise, frames[k], solution.graph.states[k].pose).value_or(0);
-  }
-  return sum;
-}
 
 // Logarithm of the other's likelihood over the kept one's. No body's motion is white noise: whether
 // one seen face-on swung on or back, the density that was learned elsewhere says with far too much
@@ -85,7 +28,7 @@ double GainOf(const Solution& other, double corners_of_other, const Solution& ke
 std::optional<OpenAccounts> OthersOf(const EstimatorSetup& setup, const SolveOptions& options,
                                      const NoiseModel& noise, const GraphInput& whole,
                                      const OpenRun& run) {
-  const Stretch stretch = Around(whole, run.frames);
+  const Stretch stretch = Around(whole, run.frames, kBeside);
   OpenAccounts out{stretch.states.first, run.frames, {}};
   const auto kept = SolveAndInvert(setup, noise, stretch.input, options);
   if (!kept) return std::nullopt;
@@ -121,81 +64,6 @@ std::vector<OpenAccounts> FindOthers(const EstimatorSetup& setup, const SolveOpt
   return out;
 }
 
-// Puts the frames where likelier accounts have them; whether there were any.
-bool TakeLikelier(const std::vector<OpenAccounts>& open, GraphInput* input) {
-  bool any = false;
-  for (const OpenAccounts& accounts : open) {
-    const OtherAccount& best = accounts.others.front();
-    if (!(best.gain > kLikelier)) continue;
-    any = true;
-    for (int k = accounts.run.first; k <= accounts.run.last; ++k) {
-      GraphFrame& frame = input->frames[static_cast<size_t>(k)];
-      const GraphState& state = best.states[static_cast<size_t>(k - accounts.first)];
-      frame.state = ToBodyState(state);
-      frame.acceleration = ToAcceleration(state);
-    }
-  }
-  return any;
-}
-
-// An account's weight in the mixture of its stretch.
-std::vector<double> Weights(const OpenAccounts& accounts) {
-  double sum = 1;
-  for (const OtherAccount& other : accounts.others) sum += std::exp(other.gain);
-  std::vector<double> out;
-  for (const OtherAccount& other : accounts.others) out.push_back(std::exp(other.gain) / sum);
-  return out;
-}
-
-// What a step in the tangent of another account's state does in that of the kept one, which lies
-// by `d` away.
-Block InTangentOf(const GraphStep& d) {
-  Block out = Block::Identity();
-  out.topLeftCorner<3, 3>() = RightJacobianInverseSo3(d.head<3>());
-  return out;
-}
-
-// The states whose covariances become a mixture's: those of the run, and beside it those that the
-// run's velocity moves.
-FrameRange Mixed(const OpenAccounts& accounts) {
-  constexpr int kMoved = 10;
-  const int n = static_cast<int>(accounts.others.front().states.size());
-  return {std::max(accounts.run.first - kMoved, accounts.first),
-          std::min(accounts.run.last + kMoved, accounts.first + n - 1)};
-}
-
-// The mixture of one stretch into its covariances.
-void Mix(const OpenAccounts& accounts, Trajectory* trajectory,
-         std::vector<StateCovariance>* covariances) {
-  const std::vector<double> weights = Weights(accounts);
-  double own = 1;
-  for (const double weight : weights) own -= weight;
-  const FrameRange range = Mixed(accounts);
-  std::vector<GraphStep> before(weights.size());
-  for (int k = range.first; k <= range.last; ++k) {
-    const auto state = static_cast<size_t>(k), at = static_cast<size_t>(k - accounts.first);
-    Block mixed = Block::Zero(), cross = Block::Zero();
-    for (size_t i = 0; i < weights.size(); ++i) {
-      const OtherAccount& other = accounts.others[i];
-      const GraphStep d = Difference(other.states[at], trajectory->states[state]);
-      const Block in = InTangentOf(d);
-      mixed += weights[i] * (in * other.covariances[at] * in.transpose() + d * d.transpose());
-      if (k > range.first) {
-        cross += weights[i] *
-                 (in * other.cross_covariances[at - 1] * InTangentOf(before[i]).transpose() +
-                  d * before[i].transpose());
-      }
-      before[i] = d;
-    }
-    trajectory->covariances[state] = own * trajectory->covariances[state] + mixed;
-    (*covariances)[state] = own * (*covariances)[state] + mixed.topLeftCorner<12, 12>();
-    if (k > range.first) {
-      Block& of_both = trajectory->cross_covariances[state - 1];
-      of_both = own * of_both + cross;
-    }
-  }
-}
-
 }  // namespace
 
 Result<Solution> DecideTwoPoses(const EstimatorSetup& setup, const SolveOptions& options,
@@ -214,35 +82,6 @@ Result<Solution> DecideTwoPoses(const EstimatorSetup& setup, const SolveOptions&
     solution = std::move(*anew);
     *input = std::move(likelier);
     *noise = learned;
-  }
-}
-
-std::vector<bool> CoverTwoPoses(const std::vector<OpenAccounts>& open, Trajectory* trajectory,
-                                std::vector<StateCovariance>* covariances) {
-  std::vector<bool> out(trajectory->states.size(), false);
-  for (const OpenAccounts& accounts : open) {
-    Mix(accounts, trajectory, covariances);
-    for (int k = accounts.run.first; k <= accounts.run.last; ++k) {
-      const auto state = static_cast<size_t>(k), at = static_cast<size_t>(k - accounts.first);
-      out[state] = std::any_of(
-          accounts.others.begin(), accounts.others.end(), [&](const OtherAccount& other) {
-            const Pose &there = other.states[at].pose, &here = trajectory->states[state].pose;
-            return AngleBetween(there, here) > kOpenRad;
-          });
-    }
-  }
-  return out;
-}
-
-void TellAmbiguous(const std::vector<bool>& ambiguous, const std::vector<int>& state_of_frame,
-                   std::vector<FrameEstimate>* frames) {
-  size_t next = 0;  // state
-  for (size_t i = 0; i < frames->size(); ++i) {
-    const bool sees = state_of_frame[i] >= 0;
-    if (sees) next = static_cast<size_t>(state_of_frame[i]) + 1;
-    const bool here = next > 0 && ambiguous[next - 1];
-    const bool after = !sees && next < ambiguous.size() && ambiguous[next];
-    if (here || after) (*frames)[i].status = FrameStatus::kAmbiguous;
   }
 }
 

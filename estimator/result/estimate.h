@@ -19,7 +19,7 @@ enum class FrameStatus {
   kOk,         // tags of its own
   kHurried,    // tags of its own, but a deadline came before all was refined (window mode)
   kPredicted,  // no tag: tracks, neighbours and the motion prior
-  kAmbiguous,  // two poses are open: the state is the likelier, the covariance has both in it
+  kAmbiguous,  // two poses or turns are open: the state is the likelier, the covariance has both
   kNoFix,      // window mode, before the first tag or while two attitudes are open: no state
 };
 // "ok", "hurried", "predicted", "ambiguous", "no_fix"

@@ -62,8 +62,9 @@ void AddNoState(const Frames& frames, const std::vector<double>& t_s, std::vecto
 }
 
 void AddAmbiguous(const Frames& frames, const std::vector<double>& t_s, std::vector<Finding>* out) {
-  const auto flags =
-      FlagsOf(frames, [](const FrameEstimate& f) { return f.status == FrameStatus::kAmbiguous; });
+  const auto flags = FlagsOf(frames, [](const FrameEstimate& f) {
+    return f.status == FrameStatus::kAmbiguous && f.n_tags > 0;
+  });
   if (CountOf(flags) == 0) return;
   const auto there = Sigmas(frames, 3, flags, true);
   out->push_back({ShareText(CountOf(flags), frames.size()) + " leave two poses open, at " +
@@ -73,6 +74,19 @@ void AddAmbiguous(const Frames& frames, const std::vector<double>& t_s, std::vec
                              1e3 * Quantile(there, 1)),
                   "Small tags of one plane look alike from two sides: show more of them, larger "
                   "ones, or from nearer and at a slant."});
+}
+
+void AddOpenTurns(const Frames& frames, const std::vector<double>& t_s, std::vector<Finding>* out) {
+  const auto flags = FlagsOf(frames, [](const FrameEstimate& f) {
+    return f.status == FrameStatus::kAmbiguous && f.n_tags == 0;
+  });
+  if (CountOf(flags) == 0) return;
+  out->push_back({ShareText(CountOf(flags), frames.size()) +
+                      " lie where no tag was seen and leave open which way the body turned, at " +
+                      StretchesText(t_s, flags) +
+                      ": their states are the likeliest way, their covariances have the others in "
+                      "them.",
+                  "Keep tags in view while the body turns: put more of them there."});
 }
 
 void AddHurried(const Frames& frames, const std::vector<double>& t_s, std::vector<Finding>* out) {
@@ -214,6 +228,7 @@ std::vector<Finding> FrameFindings(const Estimate& e, const RunFacts& facts, con
   AddBadTwists(e.frames, t_s, &out);
   for (Finding& finding : out) finding.is_in_sigmas = true;
   AddAmbiguous(e.frames, t_s, &out);
+  AddOpenTurns(e.frames, t_s, &out);
   // Where several cameras take frames the time between two of them says nothing.
   if (e.cameras.size() < 2) {
     AddStamps(e.frames, t_s, e.mode == EstimateMode::kSlidingWindow, &out);

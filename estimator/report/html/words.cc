@@ -54,8 +54,8 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
   }
   if (const size_t ambiguous = count(FrameStatus::kAmbiguous); ambiguous > 0) {
     out += Format(
-        " In %zu frames the tags leave two poses open: the state is the likelier, the covariance "
-        "has both in it.",
+        " In %zu frames two poses are open, or which way the body turned: the state is the "
+        "likelier, the covariance has both in it.",
         ambiguous);
   }
   if (open > 0) {

@@ -205,7 +205,8 @@ TEST(TwoPoses, TheVerdictSaysSo) {
 TEST(TwoPoses, AFrameThatSeesNothingIsAsOpenAsItsNeighbours) {
   std::vector<FrameEstimate> frames(6);
   for (FrameEstimate& frame : frames) frame.status = FrameStatus::kOk;
-  TellAmbiguous({false, true, false}, {-1, 0, -1, 1, -1, 2}, &frames);
+  const std::vector<FrameRange> around = {{-1, 0}, {0, 0}, {0, 1}, {1, 1}, {1, 2}, {2, 2}};
+  TellAmbiguous({false, true, false}, around, &frames);
   std::vector<bool> open;
   for (const FrameEstimate& frame : frames) {
     open.push_back(frame.status == FrameStatus::kAmbiguous);

@@ -1,0 +1,179 @@
+#include "estimator/batch/gap_turns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "estimator/batch/gap_motion.h"
+#include "estimator/batch/gaps.h"
+#include "estimator/solve/noise_rounds.h"
+
+namespace tagtwist::internal {
+namespace {
+
+// States on either side of a gap that are solved with it.
+constexpr int kBesideGap = 15;
+// Of e' Q^-1 e over a gap, nine of a part: what chance alone does not reach in a gap of a hundred.
+constexpr double kMostByChance = 22;
+// Weight of the density that is expected, in degrees of freedom, against the gap's own.
+constexpr double kPriorDof = 4, kDof = 9;
+// In the logarithm: ways that are less likely are left out, and less likely than that not told.
+constexpr double kLeastGain = -5.3;
+constexpr double kLeastToldWeight = 0.05;
+
+// By how much a part's density is raised, from what it was raised by.
+double Raised(double now, const VarianceStatistic& motion) {
+  return std::max(1.0, (kPriorDof + now * motion.sum) / (kPriorDof + motion.dof));
+}
+
+// A way through a gap with the density that it takes.
+struct Way {
+  Solution solution;
+  MotionScale raised;
+  double rest = 0;       // half the sum of squares of all but the motion over the gap
+  double corners = 0;    // of which the corners'
+  double of_motion = 0;  // logarithm of the likelihood of the motion over the gap: Student's t
+};
+
+double OfStudent(double squares) {
+  return -0.5 * (kPriorDof + kDof) * std::log1p(squares / kPriorDof);
+}
+
+std::optional<Way> SolveWay(const EstimatorSetup& setup, const SolveOptions& options,
+                            const NoiseModel& noise, const FrameRange& gap,
+                            const MotionScale& expected, GraphInput input) {
+  constexpr int kRounds = 6;
+  constexpr double kSettled = 1.1;
+  const bool is_learned = MotionIsLearned(setup.options);
+  MotionScale raised;
+  for (int round = 0;; ++round) {
+    SetMotion(gap, {expected.linear * raised.linear, expected.angular * raised.angular},
+              &input.frames);
+    auto solution = SolveAndInvert(setup, noise, input, options);
+    if (!solution) return std::nullopt;
+    const GapMotion motion = MotionOver(gap, noise, *solution);
+    const MotionScale next{Raised(raised.linear, motion.linear),
+                           Raised(raised.angular, motion.angular)};
+    const auto is_near = [](double a, double b) { return a < kSettled * b && b < kSettled * a; };
+    const bool settled =
+        is_near(next.linear, raised.linear) && is_near(next.angular, raised.angular);
+    if (!is_learned || settled || round + 1 == kRounds) {
+      Way out{std::move(*solution), raised};
+      out.rest = out.solution.cost - 0.5 * (motion.linear.sum + motion.angular.sum);
+      out.corners = CostOfCorners(setup, noise, input.frames, out.solution);
+      out.of_motion = OfStudent(raised.linear * motion.linear.sum) +
+                      OfStudent(raised.angular * motion.angular.sum);
+      return out;
+    }
+    raised = next;
+    TakeStates(solution->graph, &input.frames);
+  }
+}
+
+// Logarithm of the other's likelihood over the kept one's. What is not of the corners counts for
+// less: bodies turn about one axis, and the prior takes its three axes for equally lively.
+double GainOf(const Way& other, const Way& kept) {
+  constexpr double kTrustInMotion = 0.3;
+  const double of_corners = kept.corners - other.corners;
+  const double of_rest = kept.rest - other.rest - of_corners;
+  return of_corners + kTrustInMotion * (of_rest + other.of_motion - kept.of_motion);
+}
+
+// What is to know of a gap: the kept way, and the others.
+struct GapAccount {
+  Way kept;
+  OpenAccounts others;
+};
+struct Look {
+  FrameRange gap;
+  MotionScale expected;
+  GapAccount account;
+};
+
+std::optional<GapAccount> LookAt(const EstimatorSetup& setup, const SolveOptions& options,
+                                 const NoiseModel& noise, const FrameRange& gap,
+                                 const MotionScale& expected, const GraphInput& whole) {
+  constexpr int kMostTurns = 3;
+  const Stretch stretch = Around(whole, gap, kBesideGap);
+  const FrameRange there{gap.first - stretch.states.first, gap.last - stretch.states.first};
+  auto kept = SolveWay(setup, options, noise, there, expected, stretch.input);
+  if (!kept) return std::nullopt;
+  GapAccount out{std::move(*kept), {stretch.states.first, gap, {}, true, kLeastToldWeight}};
+  if (!IsBridged(gap)) return out;
+  const GapTurn turn = TurnThrough(stretch.input.frames, there);
+  for (const int direction : {1, -1}) {
+    for (int turns = 1; turns <= kMostTurns; ++turns) {
+      GraphInput input = stretch.input;
+      LayBridges(TurnedOn(input.frames, there, turn, direction * turns), there, &input.frames);
+      const auto other = SolveWay(setup, options, noise, there, expected, std::move(input));
+      if (!other || AreTheSame(other->solution, out.kept.solution.graph.states)) break;
+      const double gain = GainOf(*other, out.kept);
+      if (!(gain > kLeastGain)) break;
+      out.others.others.push_back(AccountOf(other->solution, gain));
+    }
+  }
+  std::stable_sort(out.others.others.begin(), out.others.others.end(),
+                   [](const OtherAccount& a, const OtherAccount& b) { return a.gain > b.gain; });
+  return out;
+}
+
+bool NeedsALook(const FrameRange& gap, const NoiseModel& noise, const MotionScale& expected,
+                const GraphInput& input, const Solution& solution) {
+  if (IsBridged(gap)) return true;
+  const MotionScale& now = input.frames[static_cast<size_t>(gap.last)].motion;
+  if (now.linear != expected.linear || now.angular != expected.angular) return true;
+  const GapMotion motion = MotionOver(gap, noise, solution);
+  return std::max(motion.linear.sum, motion.angular.sum) > kMostByChance;
+}
+
+// Of the kept way into the input; whether that changed much.
+bool TakeMotionOf(const GapAccount& account, const FrameRange& gap, const MotionScale& expected,
+                  GraphInput* input) {
+  constexpr double kClearlyRaised = 2, kMuch = 1.2;
+  const auto taken = [](double raised) { return raised > kClearlyRaised ? raised : 1; };
+  const MotionScale motion{expected.linear * taken(account.kept.raised.linear),
+                           expected.angular * taken(account.kept.raised.angular)};
+  const MotionScale before = input->frames[static_cast<size_t>(gap.last)].motion;
+  SetMotion(gap, motion, &input->frames);
+  const auto is_near = [](double a, double b) { return a < kMuch * b && b < kMuch * a; };
+  return !is_near(before.linear, motion.linear) || !is_near(before.angular, motion.angular);
+}
+
+}  // namespace
+
+Result<Solution> DecideGaps(const EstimatorSetup& setup, const SolveOptions& options,
+                            const std::vector<FrameRange>& gaps, Solution solution,
+                            GraphInput* input, NoiseModel* noise, std::vector<OpenAccounts>* open) {
+  constexpr int kMostRounds = 4;
+  const bool is_learned = MotionIsLearned(setup.options);
+  open->clear();
+  for (int round = 0;; ++round) {
+    std::vector<Look> looks;
+    for (const FrameRange& gap : gaps) {
+      const MotionScale expected =
+          is_learned ? ExpectedMotion(gaps, gap, *noise, input->frames) : MotionScale();
+      if (!NeedsALook(gap, *noise, expected, *input, solution)) continue;
+      auto account = LookAt(setup, options, *noise, gap, expected, *input);
+      if (account) looks.push_back({gap, expected, std::move(*account)});
+    }
+    *open = std::vector<OpenAccounts>();
+    if (looks.empty()) return solution;
+    GraphInput anew = *input;
+    bool changed = false;
+    for (Look& look : looks) {
+      changed = TakeMotionOf(look.account, look.gap, look.expected, &anew) || changed;
+      if (!look.account.others.others.empty()) open->push_back(std::move(look.account.others));
+    }
+    changed = TakeLikelier(*open, &anew) || changed;
+    if (!changed || round == kMostRounds) return solution;
+    NoiseModel learned = *noise;
+    auto solved = SolveAndLearn(setup, options, &anew, &learned);
+    if (!solved) return solution;
+    solution = std::move(*solved);
+    *input = std::move(anew);
+    *noise = learned;
+  }
+}
+
+}  // namespace tagtwist::internal
