@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "frontend/base/format_text.h"
+#include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -72,6 +73,24 @@ bool MostFollow(const std::vector<int64_t>& numbers) {
   return 3 * follow > 2 * (numbers.size() - 1);
 }
 
+// How many frames a host takes at a time, more than two: the longest run of stamps less than an
+// eighth of a long interval apart, where most are. 2 where that is not so.
+int FramesAtATime(const std::vector<double>& stamps_s) {
+  constexpr int kMost = 8;
+  std::vector<double> intervals_s;
+  for (size_t i = 1; i < stamps_s.size(); ++i) {
+    intervals_s.push_back(stamps_s[i] - stamps_s[i - 1]);
+  }
+  const double soon_s = Quantile(intervals_s, 0.9) / 8;
+  if (!(Quantile(intervals_s, 0.5) < soon_s)) return 2;
+  int most = 1, run = 1;
+  for (const double interval_s : intervals_s) {
+    run = interval_s < soon_s ? run + 1 : 1;
+    most = std::max(most, run);
+  }
+  return std::clamp(most, 2, kMost);
+}
+
 // Standard deviations of the line's values, for stamps of this scatter.
 std::vector<double> TickSigmas(const std::vector<int64_t>& numbers, double rms_s) {
   const auto n = static_cast<double>(numbers.size());
@@ -107,18 +126,21 @@ Misfit MisfitOf(const std::vector<double>& stamps_s, const std::vector<int64_t>&
 
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns) {
   constexpr size_t kLeastStamps = 10;
-  constexpr double kMostMisfit = 0.75;  // periods
+  constexpr double kMostMisfit = 0.75;  // periods; half a burst's of those that come in bursts
   if (stamps_ns.size() < kLeastStamps) return std::nullopt;
   std::vector<double> stamps_s;
   for (const int64_t t : stamps_ns) {
     stamps_s.push_back(1e-9 * static_cast<double>(t - stamps_ns.front()));
   }
+  const int at_a_time = FramesAtATime(stamps_s);
   std::optional<SteadyClock> best;
-  for (const std::vector<int64_t>& numbers : {Consecutive(stamps_s.size()), Followed(stamps_s)}) {
+  std::vector<std::vector<int64_t>> choices = {Consecutive(stamps_s.size())};
+  if (at_a_time == 2) choices.push_back(Followed(stamps_s));  // else by the interval in a burst
+  for (const std::vector<int64_t>& numbers : choices) {
     if (!MostFollow(numbers)) continue;
     const Line line = FitLine(stamps_s, numbers);
     const Misfit misfit = MisfitOf(stamps_s, numbers, line);
-    if (!(misfit.largest < kMostMisfit)) continue;
+    if (!(misfit.largest < kMostMisfit * (at_a_time - 1))) continue;
     if (best && best->rms_s <= misfit.rms * line.period_s) continue;
     best.emplace();
     best->period_s = line.period_s;

@@ -24,10 +24,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   gate_.TakeRefused(&measurement.tags);
   Unseen unseen{measurement.t_ns, measurement.closed_form,
                 static_cast<int>(measurement.tracks.size())};
-  // Cameras of their own clocks may come as soon after one another as they like.
-  const bool too_soon = setup_.n_cameras() == 1 && stamps_.ComesTooSoon(measurement.t_ns);
-  if (too_soon && stamps_.too_soon() == 1) LeaveAll(&out);  // frames before may have done, too
-  if (too_soon && !hypotheses_.empty()) {
+  if (ComesTooSoon(measurement.t_ns, &out)) {
     unseen.pose = PoseOutOfTime(measurement);
     unseen.open_s = stamps_.UsualS();
     AddUnseen(unseen, measurement, &out);
@@ -60,6 +57,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   CompareWithMirroredPoses();
   const int newest = static_cast<int>(seen_.size()) - 1;
   out.current = EstimateOf(newest);
+  if (IsSudden(out.current)) ForgetTwist(&out.current);
   for (const TagDetection& tag : hypotheses_[0].input.frames.back().tags) {
     out.used_tags.push_back(tag.id);
   }

@@ -86,6 +86,9 @@ class FixedLagSmoother {
   void JudgeIds(const FrameMeasurements& measurement);
   void LeaveOutDoubled(FrameMeasurements* measurement, WindowOutput* out);
   void LeaveAll(WindowOutput* out);
+  void LeaveWrongStamps(WindowOutput* out);
+  bool ComesTooSoon(int64_t t_ns, WindowOutput* out);
+  bool IsSudden(const FrameEstimate& frame) const;
   void StartAnew(int64_t t_ns, WindowOutput* out);
   std::optional<std::string> RestartWarning() const;
   bool IsDoubted(const GraphFrame& frame) const;
@@ -132,6 +135,7 @@ class FixedLagSmoother {
   TagAudit audit_;                            // of the frames that left
   RigTally reprojection_;                     // of the frames that left
   StampCheck stamps_;                         // of all frames
+  bool began_too_soon_ = false;               // the window, with the latest frame
   PredictionCheck prediction_check_;          // of the frames that left
   WindowPower power_;                         // of the frames that left
   NoiseStatistics statistics_;                // of the frames that left, fading

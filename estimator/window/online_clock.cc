@@ -1,6 +1,7 @@
 #include "estimator/window/online_clock.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "estimator/motion/tags_alone.h"
@@ -12,21 +13,33 @@ namespace tagtwist::internal {
 OnlineClock::OnlineClock(const EstimatorSetup& setup)
     : setup_(setup), is_steady_(setup.options.clock == ClockChoice::kSteady) {}
 
-// The latest stamps are enough: a clock drifts.
+// The latest stamps are enough: a clock drifts. A line's end moves with every stamp that comes and
+// that goes, by two hundredths of what it scatters by, to and fro where stamps come in pairs: the
+// ticks go on by the period and are drawn to that end.
 void OnlineClock::Fit() {
   constexpr size_t kLatest = 100;
   constexpr double kLeastJitterS = 2e-4;  // less moves nothing
+  constexpr double kDraw = 0.05;
   while (stamps_ns_.size() > kLatest) stamps_ns_.pop_front();
   const auto clock = FitSteadyClock({stamps_ns_.begin(), stamps_ns_.end()});
-  tick_ns_.reset();
+  const std::optional<int64_t> before = std::exchange(tick_ns_, std::nullopt);
   if (!clock || clock->rms_s < kLeastJitterS) return;
-  tick_ns_ = clock->t_ns.back();
+  const int64_t end = clock->t_ns.back();
+  tick_ns_ = end;
+  if (before && is_followed_) {
+    const int64_t next = *before + end - clock->t_ns[clock->t_ns.size() - 2];
+    const double off = static_cast<double>(end - next);
+    const bool is_near = std::abs(off) < 1e9 * clock->rms_s;
+    if (is_near) tick_ns_ = next + static_cast<int64_t>(std::llround(kDraw * off));
+  }
+  is_followed_ = true;
   period_s_ = clock->period_s;
   rms_s_ = clock->rms_s;
 }
 
 void OnlineClock::Forget() {
   at_stamps_ = at_ticks_ = MotionBanks();
+  is_followed_ = false;
   last_tick_ns_ = 0;
   advantage_ = 0;
 }

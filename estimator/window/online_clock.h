@@ -46,6 +46,7 @@ class OnlineClock {
   int64_t last_tick_ns_ = 0, last_time_ns_ = 0;
   double advantage_ = 0;  // of the ticks, in the logarithm of the likelihood, fading
   bool is_steady_ = false;
+  bool is_followed_ = false;  // the tick of the frame before was asked for, too
   int since_fit_ = 0;
   int rests_ = 0;        // frames for which nobody asks, for the stamps hold beyond doubt
   size_t n_steady_ = 0;  // frames

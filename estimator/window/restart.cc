@@ -133,6 +133,35 @@ void FixedLagSmoother::LeaveAll(WindowOutput* out) {
   mirror_cost_of_left_ = 0;
 }
 
+// Where a frame comes too soon for the first time, those before it may have done so, too, as long
+// as nobody knew what is usual.
+void FixedLagSmoother::LeaveWrongStamps(WindowOutput* out) {
+  constexpr size_t kUnjudged = 8;
+  const size_t before = out->lagged.size();
+  const bool any_judged = seen_.size() > kUnjudged;
+  LeaveAll(out);
+  if (any_judged) return;
+  for (size_t i = before; i < out->lagged.size(); ++i) {
+    if (out->lagged[i].status != FrameStatus::kNoFix) ForgetTwist(&out->lagged[i]);
+  }
+}
+
+// Whether the frame's stamp cannot be when it was taken, and there are others to go by.
+bool FixedLagSmoother::ComesTooSoon(int64_t t_ns, WindowOutput* out) {
+  // Cameras of their own clocks may come as soon after one another as they like.
+  const bool too_soon = setup_.n_cameras() == 1 && stamps_.ComesTooSoon(t_ns);
+  if (too_soon && stamps_.too_soon() == 1) LeaveWrongStamps(out);
+  if (!too_soon && began_too_soon_) LeaveAll(out);  // its stamp is not of its exposure
+  began_too_soon_ = too_soon && hypotheses_.empty();
+  return too_soon && !hypotheses_.empty();
+}
+
+// Before it is known what stamps are usual, no body moves like that: two were stamped together.
+bool FixedLagSmoother::IsSudden(const FrameEstimate& frame) const {
+  return setup_.n_cameras() == 1 && !stamps_.KnowsUsual() && frame.status != FrameStatus::kNoFix &&
+         MovesBeyondReach(frame.state.twist);
+}
+
 void FixedLagSmoother::LeaveForNewTimes(std::vector<FrameEstimate>* lagged) {
   if (hypotheses_.empty()) return;
   WindowOutput out;

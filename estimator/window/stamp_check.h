@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "estimator/result/estimate.h"
+#include "frontend/types/body_state.h"
+
 namespace tagtwist::internal {
 
 /// Stamps that cannot be when the frames were taken: no camera takes one in less than an eighth of
@@ -18,6 +21,8 @@ class StampCheck {
   /// The usual interval, as above; 0 before the second stamp.
   double UsualS() const;
   size_t too_soon() const { return too_soon_; }
+  /// Whether it knows what is usual. Before, the first stamps may be anything.
+  bool KnowsUsual() const;
   /// How many did, in a line; nullopt where none.
   std::optional<std::string> Warning() const;
 
@@ -28,5 +33,12 @@ class StampCheck {
   size_t too_soon_ = 0;
   int64_t first_ns_ = 0;  // of those
 };
+
+/// Whether a body moves faster than any does that is worth a thought (IsWithinReach).
+bool MovesBeyondReach(const Twist& twist);
+
+/// What a frame says of its motion is taken away, for its stamp is worth nothing: any that is
+/// within reach may be.
+void ForgetTwist(FrameEstimate* frame);
 
 }  // namespace tagtwist::internal

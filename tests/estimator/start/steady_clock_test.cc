@@ -61,6 +61,23 @@ TEST(SteadyClock, SeesThroughPairs) {
   EXPECT_NEAR(clock->period_s, 0.02, 1e-5);
 }
 
+// And one that takes three, four or five.
+TEST(SteadyClock, SeesThroughLongerBursts) {
+  std::mt19937_64 rng(5);
+  std::uniform_real_distribution<double> late_s(0, 1e-3);
+  for (const int at_a_time : {3, 4, 5}) {
+    std::vector<int64_t> stamps;
+    double at_host_s = 0;
+    for (int i = 0; i < 60 * at_a_time; ++i) {
+      if (i % at_a_time == 0) at_host_s = 0.02 * (i + at_a_time) + late_s(rng);
+      stamps.push_back(static_cast<int64_t>(1e9 * (at_host_s + 2e-4 * (i % at_a_time))));
+    }
+    const auto clock = FitSteadyClock(stamps);
+    ASSERT_TRUE(clock) << at_a_time;
+    EXPECT_NEAR(clock->period_s, 0.02, 2e-5) << at_a_time;
+  }
+}
+
 TEST(SteadyClock, LeavesStampsWithoutOneAlone) {
   EXPECT_FALSE(FitSteadyClock({}));
   EXPECT_FALSE(FitSteadyClock({1, 2, 3}));
