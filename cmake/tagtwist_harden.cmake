@@ -6,6 +6,10 @@ include(CheckCXXCompilerFlag)
 set(CMAKE_SKIP_RPATH ON)
 add_link_options(-Wl,-z,relro,-z,now)
 
+# A program starts with the libraries that it uses, of the 285 that ours lead to: under sanitizers, too, for which gcc
+# leaves this off.
+add_link_options(-Wl,--as-needed)
+
 # Stacks have guards, calls of the C library know the size of what they write to, indirect jumps end where some may.
 add_compile_options(-fstack-protector-strong)
 add_compile_options($<$<CONFIG:Release>:-D_FORTIFY_SOURCE=2>)  # sanitizers check more, and do not know these calls

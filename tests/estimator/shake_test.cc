@@ -73,7 +73,7 @@ std::vector<Step> Follow() {
   return out;
 }
 
-TEST(Shake, LostFramesAreMarkedAndTrackingIsBackWithinThreeSharpOnes) {
+TEST(Shake, SlowLostFramesAreMarkedAndTrackingIsBackWithinThreeSharpOnes) {
   const auto steps = Follow();
   int lost = 0, sharp = 0;
   for (const Step& step : steps) {

@@ -37,7 +37,7 @@ void ExpectSameBytes(const fs::path& a, const fs::path& b) {
   EXPECT_EQ(StableSummary(a), StableSummary(b));
 }
 
-TEST_F(EstimateProgram, SameCommandSameBytesAtAnyThreadCount) {
+TEST_F(EstimateProgram, SlowSameCommandSameBytesAtAnyThreadCount) {
   Simulate("flight", {"--duration", "1", "--rate", "15"});
   for (const std::string mode : {"--nosliding_window", "--sliding_window"}) {
     const Arguments common = {"--dataset", "flight", "--write_covariance", mode};

@@ -155,7 +155,7 @@ class RecordingFormats : public FormatsProgram {
   std::vector<std::string> files_;
 };
 
-TEST_F(RecordingFormats, ImagesNamedByStampsAreTheSameFlight) {
+TEST_F(RecordingFormats, SlowImagesNamedByStampsAreTheSameFlight) {
   const auto folder = Estimate({"--dataset", "rec"});
   fs::create_directory(folder_ / "ns");
   fs::create_directory(folder_ / "s");

@@ -102,7 +102,7 @@ TEST_F(LiveProgram, WhateverOpenCvOpensIsACamera) {
 }
 
 // Stamps that jitter, so that a container's milliseconds would show.
-TEST_F(LiveProgram, ARecordedRunIsEstimatedAgainFromAFolderAsFromAVideo) {
+TEST_F(LiveProgram, SlowARecordedRunIsEstimatedAgainFromAFolderAsFromAVideo) {
   Simulate({"--duration", "2", "--rate", "10", "--jitter_ms", "3"});
   const std::string folder = Folder();
   for (const std::string place : {"rec", "rec.mkv"}) {

@@ -115,7 +115,7 @@ TEST_F(MapPdf, ALargeFieldHasAPageATag) {
   EXPECT_EQ(seen.size(), 3u);
 }
 
-TEST_F(MapPdf, TheSameMapGivesTheSameBytes) {
+TEST_F(MapPdf, SlowTheSameMapGivesTheSameBytes) {
   Pages(kGrid, {});
   const std::string first = ReadText(folder_ / "map.pdf");
   Pages(kGrid, {});

@@ -16,7 +16,7 @@ ProgramRun Simulate(const TempFolder& folder, std::vector<std::string> arguments
   return RunProgram(folder.path(), "tagtwist_simulate", arguments);
 }
 
-TEST(SimulateProgram, SameBytesTwiceAndWithAnyNumberOfThreads) {
+TEST(SimulateProgram, SlowSameBytesTwiceAndWithAnyNumberOfThreads) {
   const TempFolder folder;
   for (const char* format : {"folder", "mat"}) {
     std::vector<std::string> names;

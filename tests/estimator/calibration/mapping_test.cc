@@ -85,7 +85,7 @@ std::vector<FrameMeasurements> Look(const std::vector<Tag>& room, int frames, st
   return out;
 }
 
-TEST(Mapping, RoomOfFortyTagsFromNothingButTheirSize) {
+TEST(Mapping, SlowRoomOfFortyTagsFromNothingButTheirSize) {
   std::mt19937 rng(5);
   const std::vector<Tag> room = Room(&rng);
   MappingOptions options;

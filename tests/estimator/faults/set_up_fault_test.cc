@@ -106,7 +106,7 @@ TEST(SetUpFault, NamesAShiftedImage) {
 }
 
 // As 4:3 shown as 16:9, by either side.
-TEST(SetUpFault, NamesAStretchedImage) {
+TEST(SetUpFault, SlowNamesAStretchedImage) {
   Seen wide = Fly("figure8", 0.2, 5);
   wide.camera.fx *= 0.75;
   wide.camera.cx *= 0.75;
@@ -157,7 +157,7 @@ TEST(SetUpFault, SlowNamesGaps) {
   EXPECT_THAT(FaultOf(seen), HasSubstr("The gaps between the tags are not the map's"));
 }
 
-TEST(SetUpFault, SaysThatTheMapIsAnother) {
+TEST(SetUpFault, SlowSaysThatTheMapIsAnother) {
   Seen seen = Fly("figure8", 0.2, 5);
   std::vector<Tag> tags = seen.map.tags();
   for (size_t i = 0; i < tags.size(); ++i)

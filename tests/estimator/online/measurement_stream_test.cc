@@ -64,7 +64,7 @@ std::string Corners(const FrameRange& range, int threads,
   return *out;
 }
 
-TEST(MeasurementStream, FindsTheSameCornersOnAnyNumberOfThreads) {
+TEST(MeasurementStream, SlowFindsTheSameCornersOnAnyNumberOfThreads) {
   ASSERT_LT(FramesPerPiece(FilmConfig(), DetectionMode::kAuto), kFrames);
   const std::string one = Corners({0, kFrames}, 1);
   EXPECT_GT(one.size(), 1000 * kFrames);

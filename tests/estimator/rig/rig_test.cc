@@ -66,9 +66,9 @@ void ExpectHonest(Schedule schedule) {
                         [&](const ExactModelOptions& model) { return Fly(model, schedule); });
 }
 
-TEST(Rig, CovariancesHoldOfCamerasThatSeeAtOnce) { ExpectHonest(AllAtOnce); }
+TEST(Rig, SlowCovariancesHoldOfCamerasThatSeeAtOnce) { ExpectHonest(AllAtOnce); }
 
-TEST(Rig, CovariancesHoldOfCamerasThatSeeInTurn) { ExpectHonest(InTurn); }
+TEST(Rig, SlowCovariancesHoldOfCamerasThatSeeInTurn) { ExpectHonest(InTurn); }
 
 TEST(Rig, MoreCamerasKnowMore) {
   const ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk);

@@ -72,9 +72,9 @@ void ExpectHonest(bool in_turn) {
                         [&](const ExactModelOptions& model) { return Move(model, in_turn); });
 }
 
-TEST(Standing, CovariancesHoldOfABoardThatAllSee) { ExpectHonest(false); }
+TEST(Standing, SlowCovariancesHoldOfABoardThatAllSee) { ExpectHonest(false); }
 
-TEST(Standing, CovariancesHoldOfABoardThatIsSeenInTurn) { ExpectHonest(true); }
+TEST(Standing, SlowCovariancesHoldOfABoardThatIsSeenInTurn) { ExpectHonest(true); }
 
 TEST(Standing, TheTagsOfOneFrameSayWhereTheBodyIs) {
   const tagtwist::SetUp set_up = Watched();

@@ -103,7 +103,7 @@ TEST(PriorPower, OnASmoothFlightTheTwistsCovarianceHolds) {
   EXPECT_LT(MeanNees(plain, flight.truth).twist, 0.65);
 }
 
-TEST(PriorPower, TheFramesThatLeaveAWindowHaveItsPowerToo) {
+TEST(PriorPower, SlowTheFramesThatLeaveAWindowHaveItsPowerToo) {
   const SimulatedFlight flight = SimulateCorners("agile", 12);
   std::vector<FrameEstimate> lagged = RunWindow(CourseSetup(), flight.measurements).lagged;
   constexpr size_t kKnown = 150;  // the frames that the first calibration came of, and more

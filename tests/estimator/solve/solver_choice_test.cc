@@ -50,8 +50,8 @@ Differences Compare(const Estimate& found, const Estimate& expected) {
 }
 
 class SolverChoice : public testing::TestWithParam<size_t> {};
-INSTANTIATE_TEST_SUITE_P(BenchFlights, SolverChoice, testing::Range<size_t>(0, 5));
-INSTANTIATE_TEST_SUITE_P(SlowBenchFlights, SolverChoice, testing::Values<size_t>(5));
+INSTANTIATE_TEST_SUITE_P(BenchFlights, SolverChoice, testing::Values<size_t>(0, 4));
+INSTANTIATE_TEST_SUITE_P(SlowBenchFlights, SolverChoice, testing::Values<size_t>(1, 2, 3, 5));
 
 // Whichever solves, the states and their covariances are the same; with tracks, where there are
 // any, and without.

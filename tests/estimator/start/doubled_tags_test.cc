@@ -78,7 +78,7 @@ TEST(DoubledTags, WhatLiesElsewhereThanTagsThatAgreedIsLeftOut) {
   EXPECT_FALSE(unknown.any());
 }
 
-TEST(DoubledTags, BatchIsNotMisled) {
+TEST(DoubledTags, SlowBatchIsNotMisled) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     const SituationDraw draw = DrawSituation(Situation::kTwin, seed);
     const auto out = RunBatch(SetUpOf(draw.setup), draw.setup.options, draw.measurements);

@@ -65,11 +65,13 @@ TEST_P(Gaps, EndWithAStateThatHolds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(RatesAndLengths, Gaps,
-                         testing::Values(Case{15, 0.1}, Case{15, 1}, Case{15, 5}, Case{15, 300},
-                                         Case{30, 0.1}, Case{30, 0.5}, Case{30, 2}, Case{30, 20},
-                                         Case{30, 300}, Case{60, 0.1}, Case{60, 3}, Case{60, 10},
-                                         Case{60, 300}, Case{120, 0.1}, Case{120, 1}, Case{120, 4},
-                                         Case{120, 30}, Case{120, 300}));
+                         testing::Values(Case{15, 1}, Case{30, 2}, Case{30, 300}, Case{60, 10},
+                                         Case{120, 0.1}, Case{120, 30}));
+INSTANTIATE_TEST_SUITE_P(SlowRatesAndLengths, Gaps,
+                         testing::Values(Case{15, 0.1}, Case{15, 5}, Case{15, 300}, Case{30, 0.1},
+                                         Case{30, 0.5}, Case{30, 20}, Case{60, 0.1}, Case{60, 3},
+                                         Case{60, 300}, Case{120, 1}, Case{120, 4},
+                                         Case{120, 300}));
 
 }  // namespace
 }  // namespace tagtwist::internal::gaps_test

@@ -179,7 +179,7 @@ TEST_F(BodiesProgram, StreamsNameEachBoard) {
   EXPECT_FALSE(fs::exists(Path("b.mcap")));
 }
 
-TEST_F(BodiesProgram, OneBoardOfSeveralIsWhatItIsAlone) {
+TEST_F(BodiesProgram, SlowOneBoardOfSeveralIsWhatItIsAlone) {
   Estimate("results", {"--dataset", "both", "--config", "bodies.yaml", "--use_detections"});
   Estimate("alone", {"--dataset", "spinning", "--config", "spinning.yaml", "--use_detections"});
   EXPECT_EQ(ReadText(Path("results/states_spinning.csv")), ReadText(Path("alone/states.csv")));
@@ -221,7 +221,7 @@ TEST_F(BodiesProgram, ABoardThatAMovingCameraSeesIsPutIntoTheWorld) {
             ReadText(Path("results/states_board.csv")));
 }
 
-TEST_F(BodiesProgram, FilesOfBodiesThatAnOlderRunHadGo) {
+TEST_F(BodiesProgram, SlowFilesOfBodiesThatAnOlderRunHadGo) {
   Estimate("results", {"--dataset", "both", "--config", "bodies.yaml", "--use_detections"});
   WriteText(Path("results/states_mine.csv"), "a person's\n");
   Estimate("results", {"--dataset", "slow", "--config", "slow.yaml", "--use_detections"});

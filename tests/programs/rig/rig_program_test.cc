@@ -45,7 +45,7 @@ class RigProgram : public EstimateProgram {
   }
 };
 
-TEST_F(RigProgram, ThreeCamerasOfTwoClocksAreOneEstimate) {
+TEST_F(RigProgram, SlowThreeCamerasOfTwoClocksAreOneEstimate) {
   EXPECT_TRUE(fs::exists(Path("flight/third/free/detections.csv")));
   for (const bool window : {false, true}) {
     const nlohmann::json summary =
