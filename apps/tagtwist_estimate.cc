@@ -14,6 +14,7 @@
 #include "apps/estimate/live_run.h"
 #include "apps/estimate/outcome.h"
 #include "apps/estimate/pieces.h"
+#include "apps/estimate/profile.h"
 #include "apps/estimate/sources.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
@@ -30,6 +31,7 @@
 #include "estimator/report/files/calibration_text.h"
 #include "estimator/report/result_writer.h"
 #include "frontend/base/files/file_set.h"
+#include "frontend/base/spans.h"
 #include "frontend/io/tables/detections_csv.h"
 #include "residuals/lens.h"
 
@@ -100,6 +102,7 @@ void TakeCalibratedSigmas(const Calibration& calibration, EstimatorOptions* of_r
 Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* config,
                         ResultContext* context) {
   if (!job.calibrate) return Ok();
+  const Span span(job.run.spans, "calibrate");
   auto calibration = CalibrateFirst(job, *config, context->truth);
   if (!calibration) return calibration.error();
   config->set_up = calibration->set_up;
@@ -144,6 +147,7 @@ void TakeBodies(const EstimateJob& job, const Config& config, std::vector<BodyEs
 Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, const Inputs& taken,
                                   RunOptions options, DataSource* source, ResultContext* context,
                                   std::string* lost) {
+  const Span span(job.run.spans, "estimate");
   TagSample sample;
   if (job.write_detections) context->detections_csv = MeasuredTagsHeader();
   options.on_measurements = [&](const FrameMeasurements& frame) {
@@ -173,6 +177,12 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
     std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
   }
   return run;
+}
+
+Status WriteResultsOf(const EstimateJob& job, const Estimate& estimate,
+                      const ResultContext& context) {
+  const Span span(job.run.spans, "write results");
+  return WriteResults(job.output, estimate, context);
 }
 
 // Everything between the flags and the last line printed. --tracks is of this run alone: what a
@@ -229,7 +239,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   context.facts = std::move(run->facts);
   context.facts.wall_s = 1e-3 * watch.ElapsedMs();
   context.facts.peak_rss_mib = PeakRssMib();
-  if (const auto written = WriteResults(job.output, estimate, context); !written) return written;
+  if (const auto written = WriteResultsOf(job, estimate, context); !written) return written;
   *worst = TellResults(job, estimate, context, &Messages(job));
   if (!job.overlay.empty()) {
     if (const auto drawn = WriteOverlayOf(job, config, estimate); !drawn) return drawn;
@@ -239,9 +249,9 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
 
 int Main(int argc, char** argv, const Usage& usage) {
   ParseFlagsOrExit2(argc, argv, usage);
-  const auto job = EstimateJobFromFlags();
+  auto job = EstimateJobFromFlags();
   if (!job) return Fail(usage, job.error().message, 2);
-  CleanEnd end(usage, {{job->overlay}, job->output});
+  CleanEnd end(usage, {{job->overlay, job->profile}, job->output});
   cv::setNumThreads(1);  // the frames are spread over threads here
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // quiet: faults are told in one line, by us
@@ -255,7 +265,10 @@ int Main(int argc, char** argv, const Usage& usage) {
     return Fail(usage, overridden.error().message, 2);
   }
   Outcome worst = Outcome::kClean;
-  const auto done = Run(*job, *config, configured_tracks, &end, &worst);
+  const auto done = WithProfile(job->profile, [&](SpanObserver* spans) {
+    job->run.spans = spans;
+    return Run(*job, *config, configured_tracks, &end, &worst);
+  });
   if (!done) return Fail(usage, done.error().message);
   return worst >= job->fail_on ? 3 : 0;
 }

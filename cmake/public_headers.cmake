@@ -8,6 +8,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   frontend/base/named_enum.h
   frontend/base/ratio_statistic.h
   frontend/base/result.h
+  frontend/base/spans.h
   frontend/base/time_up.h
   frontend/types/body_state.h
   frontend/types/camera.h

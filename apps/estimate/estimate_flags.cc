@@ -39,6 +39,9 @@ DEFINE_string(
     overlay, "",
     "Also a video, .mp4 or .avi, that shows on each image its tags, tracks, the map where "
     "the state puts it, and the state in a line.");
+DEFINE_string(profile, "",
+              "Also what the run spends its time on, stage by stage and thread by thread, in the "
+              "JSON that Perfetto and chrome://tracing open.");
 DEFINE_bool(calibrate, false,
             "Refine map, lens and, against ground truth, mount, print scale and clock from the "
             "recording, estimate with what came out, write it to calibration.yaml.");
@@ -192,7 +195,7 @@ Usage EstimateUsage() {
         "max_frames", "duration", "from", "to", "pieces"}},
       ConfigFlags(),
       {"What to write",
-       {"output", "write_covariance", "write_detections", "only_detections", "overlay"}},
+       {"output", "write_covariance", "write_detections", "only_detections", "overlay", "profile"}},
       {"While it runs", {"page", "listen", "publish", "record", "stream"}},
       {"How to estimate",
        {"calibrate", "map_unknown_tags", "unknown_tag_size_m", "sliding_window", "window_frames",
@@ -249,6 +252,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.truth_topic = FLAGS_truth_topic;
   job.ground_truth = FLAGS_ground_truth;
   job.overlay = FLAGS_overlay;
+  job.profile = FLAGS_profile;
   job.stream = FLAGS_stream;
   job.read_images = FLAGS_tracks || !FLAGS_use_detections;
   job.write_covariance = FLAGS_write_covariance;

@@ -16,6 +16,7 @@ struct EstimateJob {
   std::string dataset, topic, output, ground_truth;
   std::string truth_topic;  // --truth_topic; empty: the only one
   std::string overlay;      // --overlay; empty: none
+  std::string profile;      // --profile; empty: none
   std::string stream;       // --stream; empty: none
   ConfigFiles config;
   bool read_images = true;

@@ -192,6 +192,7 @@ Result<std::vector<std::string>> CheckInputsAreKept(const EstimateJob& job, cons
   files.Reads("--ground_truth", job.ground_truth);
   files.ReadsRecording("--dataset", job.dataset);
   if (auto checked = files.Writes("--overlay", job.overlay); !checked) return checked.error();
+  if (auto checked = files.Writes("--profile", job.profile); !checked) return checked.error();
   const std::string stream = job.stream == "-" ? "" : job.stream;
   if (auto checked = files.Writes("--stream", stream); !checked) return checked.error();
   if (auto checked = files.Writes("--publish", job.publish.mcap); !checked) return checked.error();

@@ -6,6 +6,7 @@
 #include "estimator/jobs/overlay/overlay_recording.h"
 #include "estimator/live/live_feed.h"
 #include "estimator/online/recording_options.h"
+#include "frontend/base/spans.h"
 
 namespace tagtwist::internal {
 
@@ -113,6 +114,7 @@ Status CheckOverlayOf(const EstimateJob& job, const Config& config) {
 Status WriteOverlayOf(const EstimateJob& job, const Config& config, const Estimate& estimate) {
   auto source = OpenForOverlay(job, config);
   if (!source) return source.error();
+  const Span span(job.run.spans, "overlay");
   const auto written = WriteOverlay(OverlayOptionsOf(job), config, estimate, source->get());
   if (written) Messages(job) << "overlay: " << job.overlay << "\n";
   return written;

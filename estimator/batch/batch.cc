@@ -29,29 +29,17 @@
 #include "estimator/start/steady_clock.h"
 #include "estimator/start/tag_gate.h"
 #include "estimator/start/tags_at_stamp.h"
-#include "estimator/systematic/systematic_errors.h"
+#include "frontend/base/spans.h"
 
 namespace tagtwist {
 
 using namespace internal;
-namespace {
-
-// What lens, map and corners do to the states, over and over the same, goes into their covariances.
-SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noise,
-                              const Graph& graph, const std::vector<GraphFrame>& frames,
-                              Trajectory* trajectory, std::vector<StateCovariance>* covariances) {
-  if (!setup.options.systematic_errors) return {};
-  const SystematicBasis basis(setup, TagsSeenMost(frames));
-  const SystematicErrors errors = LearnSystematicErrors(basis, noise, frames);
-  return AddSystematicErrors(basis, errors, noise, graph, frames, trajectory, covariances);
-}
-
-}  // namespace
 
 class BatchEstimator::Impl {
  public:
-  explicit Impl(EstimatorSetup setup)
+  Impl(EstimatorSetup setup, SpanObserver* spans)
       : setup_(std::move(setup)),
+        spans_(spans),
         segmenter_({setup_.options.max_tracks_per_frame, setup_.options.track_segment_frames}),
         set_up_check_(setup_),
         gate_(setup_.map, setup_.Cameras()) {}
@@ -85,6 +73,7 @@ class BatchEstimator::Impl {
                   const std::optional<SteadyClock>& clock, Estimate* out) const;
 
   EstimatorSetup setup_;
+  SpanObserver* spans_;
   TrackSegmenter segmenter_;
   RigCheck set_up_check_;
   Status set_up_is_right_ = Ok();  // as far as the frames say
@@ -181,6 +170,8 @@ void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
 
 Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements,
                                                 const DoubledTags& doubled, Ways* ways) const {
+  Stages stages(spans_);
+  stages.Next("start");
   auto starts = StartFrames(setup_, measurements);
   if (!starts) return starts.error();
   Estimate out;
@@ -193,10 +184,12 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   const std::vector<FrameRange> gaps = FindAndBridgeGaps(out.noise, &state_of_frame, &input);
   TrackTally tracks = TallyOf(input.segments);
   std::vector<OpenAccounts> open;
+  stages.Next("solve");
   auto solution =
       SolveWithTrustedTags(measurements, state_of_frame, gaps, &input, &out.noise, &open);
   if (!solution) return solution.error();
 
+  stages.Next("covariance");
   std::vector<StateCovariance> covariances = StateCovariances(setup_, out.noise, input, &*solution);
   out.trajectory =
       MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
@@ -204,6 +197,7 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   out.systematic = AddSystematic(setup_, out.noise, solution->graph, input.frames, &out.trajectory,
                                  &covariances);
   *solution = Solution();  // its memory is for the rows
+  stages.Next("rows");
   for (size_t i = 0; i < starts->size(); ++i) {
     GraphFrame& frame = (*starts)[i];
     const int k = state_of_frame[i];
@@ -273,10 +267,10 @@ Result<Estimate> BatchEstimator::Impl::SolveRolling(const Measurements& measurem
 }
 
 BatchEstimator::BatchEstimator(const SetUp& set_up, const EstimatorOptions& options,
-                               ForRanges for_ranges) {
+                               ForRanges for_ranges, SpanObserver* spans) {
   EstimatorSetup setup = MakeEstimatorSetup(set_up, options);
   setup.for_ranges = std::move(for_ranges);
-  impl_ = std::make_unique<Impl>(std::move(setup));
+  impl_ = std::make_unique<Impl>(std::move(setup), spans);
 }
 
 BatchEstimator::BatchEstimator(BatchEstimator&&) noexcept = default;

@@ -6,6 +6,7 @@
 #include "estimator/result/estimate.h"
 #include "frontend/base/for_ranges.h"
 #include "frontend/base/result.h"
+#include "frontend/base/spans.h"
 #include "frontend/types/measurements.h"
 #include "frontend/types/rig.h"
 
@@ -18,9 +19,11 @@ namespace tagtwist {
 /// their points were.
 class BatchEstimator {
  public:
-  /// `for_ranges`: how work that can be split is done; the result does not depend on it.
+  /// `for_ranges`: how work that can be split is done; the result does not depend on it. `spans` is
+  /// told of the stages "start", "solve" (which learns the noise), "covariance" and "rows" of each
+  /// solution; it must outlive the estimator. nullptr: nobody.
   BatchEstimator(const SetUp& set_up, const EstimatorOptions& options,
-                 ForRanges for_ranges = InOneRange);
+                 ForRanges for_ranges = InOneRange, SpanObserver* spans = nullptr);
   BatchEstimator(BatchEstimator&&) noexcept;
   BatchEstimator& operator=(BatchEstimator&&) noexcept;
   ~BatchEstimator();

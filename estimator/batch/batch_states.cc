@@ -4,6 +4,7 @@
 
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/prior_power.h"
+#include "estimator/systematic/systematic_errors.h"
 
 namespace tagtwist::internal {
 
@@ -70,6 +71,15 @@ Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatr
     if (k + 1 < covariance.size()) out.cross_covariances.push_back(covariance.At(k + 1, k));
   }
   return out;
+}
+
+SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noise,
+                              const Graph& graph, const std::vector<GraphFrame>& frames,
+                              Trajectory* trajectory, std::vector<StateCovariance>* covariances) {
+  if (!setup.options.systematic_errors) return {};
+  const SystematicBasis basis(setup, TagsSeenMost(frames));
+  const SystematicErrors errors = LearnSystematicErrors(basis, noise, frames);
+  return AddSystematicErrors(basis, errors, noise, graph, frames, trajectory, covariances);
 }
 
 }  // namespace tagtwist::internal

@@ -1,11 +1,13 @@
 #pragma once
 #include <vector>
 
+#include "estimator/graph/graph.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/graph/trajectory.h"
 #include "estimator/linear/block_banded.h"
+#include "estimator/result/systematic_share.h"
 #include "estimator/solve/smoother.h"
 #include "frontend/types/body_state.h"
 
@@ -32,5 +34,11 @@ std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const
 /// be a lot to hold.
 Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,
                           const NoiseModel& noise);
+
+/// What lens, map and corners do to the states, over and over the same, goes into their covariances
+/// and those of the trajectory, where the options say so.
+SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noise,
+                              const Graph& graph, const std::vector<GraphFrame>& frames,
+                              Trajectory* trajectory, std::vector<StateCovariance>* covariances);
 
 }  // namespace tagtwist::internal

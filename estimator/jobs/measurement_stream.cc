@@ -41,7 +41,8 @@ void Merge(const MeasuredFrame& other, MeasuredFrame* frame) {
 
 }  // namespace
 
-Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig) {
+Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig, SpanObserver* spans) {
+  const Span span(spans, "read");
   auto frame = source->Next();
   if (!frame || !*frame) return frame;
   if (const auto fine = CheckImageSize(**frame, rig); !fine) return fine.error();
@@ -159,6 +160,7 @@ SearchedFrame MeasurementStream::DetectOne(Frame frame, const Shared& shared,
 
 MeasurementStream::Piece MeasurementStream::Detect(std::vector<Frame> frames, const Shared& shared,
                                                    Searcher* searcher) {
+  const Span span(shared.options.spans, "detect");
   const Stopwatch watch;
   Piece out;
   if (!searcher->sweep) {
@@ -186,7 +188,7 @@ std::vector<Frame> MeasurementStream::ReadPiece() {
   while (!at_end_ && out.size() < most) {
     at_end_ = true;
     if (n_read_ == options.max_frames) break;
-    auto frame = NextFrame(source_, shared_->config.set_up.rig);
+    auto frame = NextFrame(source_, shared_->config.set_up.rig, options.spans);
     if (!frame) end_ = frame.error();
     if (!frame || !*frame) break;
     if (!first_ns_) first_ns_ = (*frame)->t_ns;
@@ -259,6 +261,7 @@ MeasuredFrame MeasurementStream::Measure(SearchedFrame* searched) {
   out.images.push_back({frame.camera, frame.image});
   if (!frame.image_problem.empty()) out.image_problem = frame.name + ": " + frame.image_problem;
   OnlineOptions options;
+  options.spans = shared_->options.spans;
   if (deadline_ != nullptr) options.detection_time_up = deadline_->ForDetection();
   Stopwatch watch;
   options.after_stage = [&](FrameStage stage) {

@@ -13,6 +13,7 @@
 #include "estimator/online/measure_frame.h"
 #include "estimator/online/online_options.h"
 #include "estimator/result/run_facts.h"
+#include "frontend/base/spans.h"
 #include "frontend/front_end.h"
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/pattern/corner_refiner.h"
@@ -51,7 +52,8 @@ void AddStageTimes(const MeasuredFrame& frame, StageTimes* times);
 
 /// The source's next frame, nullopt at the end. An error, which names it: an image that is not of
 /// its camera's size.
-Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig);
+Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig,
+                                       SpanObserver* spans = nullptr);  // told of "read"
 
 /// How a recording is measured.
 struct StreamOptions {
@@ -65,6 +67,7 @@ struct StreamOptions {
   /// No frame is read beyond so many, or so long after the first one.
   size_t max_frames = std::numeric_limits<size_t>::max();
   int64_t duration_ns = std::numeric_limits<int64_t>::max();
+  SpanObserver* spans = nullptr;  // told of "read", "detect", "track" and "closed form"
 };
 
 /// How many images StreamOptions of that detection go over together, counted from the first frame.

@@ -11,6 +11,7 @@
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/online_estimator.h"
 #include "estimator/result/body_in_world.h"
+#include "frontend/base/spans.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -99,6 +100,7 @@ OnlineOptions OnlineRun::Impl::MakeOnlineOptions() {
     online.solve_time_up = deadline->ForSolve();
   }
   online.after_stage = [this](FrameStage stage) { TakeTime(stage); };
+  online.spans = options.spans;
   return online;
 }
 
@@ -113,6 +115,7 @@ Status OnlineRun::Impl::MakeEstimator() {
     of_body.set_up = set_ups[i];
     OnlineOptions in_stream;
     in_stream.detection = DetectionMode::kFull;
+    in_stream.spans = options.spans;
     auto other = OnlineEstimator::Create(of_body, in_stream);
     if (!other) return other.error();
     of_others.push_back(std::move(*other));
@@ -120,8 +123,9 @@ Status OnlineRun::Impl::MakeEstimator() {
     out.of_others.back().estimate.mode = EstimateMode::kSlidingWindow;
   }
   if (estimator->is_guided()) return Ok();
-  auto measured =
-      MeasurementStream::Create(source, config, {options.use_detections, options.threads});
+  StreamOptions of_stream{options.use_detections, options.threads};
+  of_stream.spans = options.spans;
+  auto measured = MeasurementStream::Create(source, config, of_stream);
   if (!measured) return measured.error();
   stream.emplace(std::move(*measured));
   if (deadline) stream->SetDeadline(&*deadline);
@@ -143,7 +147,7 @@ void OnlineRun::Impl::TakeTime(FrameStage stage) {
 }
 
 Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
-  const auto taken = NextFrame(source, config.set_up.rig);
+  const auto taken = NextFrame(source, config.set_up.rig, options.spans);
   if (!taken) return taken.error();
   if (!*taken || !walk.Takes((*taken)->t_ns)) return std::optional<WindowOutput>();
   if (deadline) deadline->Start();
@@ -231,6 +235,7 @@ Result<const FrameEstimate*> OnlineRun::Next() {
   const FrameEstimate* const end = nullptr;
   if (!impl_->walk.HasRoom()) return end;
   if (!impl_->options.keeps_states) impl_->Forget();
+  const Span span(impl_->options.spans, "frame");
   auto output = impl_->stream ? impl_->NextOfStream() : impl_->NextOfImage();
   if (!output) return output.error();
   if (!*output) return end;

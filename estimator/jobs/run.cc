@@ -10,6 +10,7 @@
 #include "estimator/jobs/stamp_error.h"
 #include "estimator/live/stopwatch.h"
 #include "estimator/result/body_in_world.h"
+#include "frontend/base/spans.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -17,12 +18,13 @@ namespace {
 // All frames of the recording into the batch.
 Status AddFrames(DataSource* source, const Config& config, const RunOptions& options,
                  RecordingWalk* walk, StageTimes* times, std::vector<BatchEstimator>* batches) {
-  auto stream =
-      MeasurementStream::Create(source, config,
-                                {options.use_detections, options.threads, options.detection,
-                                 options.measured.get(), options.max_frames, options.duration_ns});
+  auto stream = MeasurementStream::Create(
+      source, config,
+      {options.use_detections, options.threads, options.detection, options.measured.get(),
+       options.max_frames, options.duration_ns, options.spans});
   if (!stream) return stream.error();
   while (walk->HasRoom()) {
+    const Span span(options.spans, "frame");
     auto frame = stream->Next();
     if (!frame) return frame.error();
     if (!*frame || !walk->Takes((*frame)->measurements.t_ns)) break;
@@ -57,7 +59,7 @@ Result<RunResult> RunInBatch(const std::string& dataset, DataSource* source, con
   RecordingWalk walk(dataset, source->stamps_ns().size(), options);
   std::vector<BatchEstimator> batches;
   for (const SetUp& set_up : config.SetUps()) {
-    batches.emplace_back(set_up, config.estimator, OnThreads(options.threads));
+    batches.emplace_back(set_up, config.estimator, OnThreads(options.threads), options.spans);
   }
   const auto added = AddFrames(source, config, options, &walk, &out.facts.times, &batches);
   if (!added) return added.error();

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "estimator/online/online_options.h"
+#include "frontend/base/spans.h"
 #include "frontend/types/measured_tags.h"
 #include "frontend/types/measurements.h"
 
@@ -31,6 +32,8 @@ struct RunOptions {
   std::function<size_t()> frames_dropped;
   /// Window, state by state: false for a run without an end, whose memory does not grow.
   bool keeps_states = true;
+  /// Told of each stage as it begins and ends; it must outlive the run. nullptr: nobody.
+  SpanObserver* spans = nullptr;
   int threads = 1;       // >= 1; the result does not depend on it
   bool progress = true;  // a bar on standard error, where that is a terminal
 };

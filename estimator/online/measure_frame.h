@@ -19,7 +19,8 @@ struct DetectedFrame {
 };
 
 /// Tracks and closed form of the next frame. Where detection's time is up no more is tracked:
-/// tracks end. Tells the options of stages kTrack and kClosedForm.
+/// tracks end. Tells the options of stages kTrack and kClosedForm, and their spans of "track" and
+/// "closed form".
 FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
                                FrontEnd* front_end);
 

@@ -9,6 +9,7 @@
 #include "estimator/online/image_size.h"
 #include "estimator/online/measure_frame.h"
 #include "estimator/rig/rig_tags.h"
+#include "frontend/base/spans.h"
 #include "frontend/front_end.h"
 #include "frontend/tags/filter_tags.h"
 #include "frontend/tags/tag_finder.h"
@@ -95,6 +96,7 @@ DetectedFrame OnlineEstimator::Impl::Detect(int64_t t_ns, const cv::Mat& gray) {
   DetectedFrame out;
   out.t_ns = t_ns;
   out.image = gray;
+  const Span span(options.spans, "detect");
   if (follower) {
     out.tags = follower->Find(gray, PredictPose(window, t_ns), options.detection_time_up);
     out.cut_short = follower->was_cut_short();
@@ -109,6 +111,7 @@ DetectedFrame OnlineEstimator::Impl::Detect(int64_t t_ns, const cv::Mat& gray) {
 Result<WindowOutput> OnlineEstimator::Impl::Solve(FrameMeasurements measurements) {
   last = std::move(measurements);
   has_frame = true;
+  const Span span(options.spans, "solve");
   auto out = window.Add(last, options.solve_time_up);
   Tell(FrameStage::kSolve);
   return out;

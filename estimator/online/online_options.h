@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 
+#include "frontend/base/spans.h"
 #include "frontend/base/time_up.h"
 
 namespace tagtwist {
@@ -20,6 +21,8 @@ struct OnlineOptions {
   TimeUp detection_time_up = {}, solve_time_up = {};
   /// Called as each stage of a frame is done, for whoever times them.
   std::function<void(FrameStage)> after_stage = {};
+  /// Told of the same stages as they begin and end; it must outlive the run. nullptr: nobody.
+  SpanObserver* spans = nullptr;
 };
 
 }  // namespace tagtwist
