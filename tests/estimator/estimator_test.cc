@@ -63,7 +63,7 @@ TEST_P(ExactModel, CovarianceOfTheWindowHolds) {
   EXPECT_NEAR(sum_lagged / n, 12.0, 4 * std::sqrt(24.0 / n));
 }
 
-TEST_P(ExactModel, CovarianceOfThePredictionHolds) {
+TEST_P(ExactModel, SlowCovarianceOfThePredictionHolds) {
   double sum = 0;
   int n = 0;
   for (unsigned seed = 41; seed <= 52; ++seed) {
@@ -120,7 +120,7 @@ TEST_P(ExactModel, AShortWindowStaysNearBatch) {
 }
 
 // The prior that the flight was drawn from is found, and its densities.
-TEST_P(ExactModel, NoiseIsLearnedFromTheData) {
+TEST_P(ExactModel, SlowNoiseIsLearnedFromTheData) {
   double linear = 0, angular = 0;
   constexpr int kFlights = 5;
   for (unsigned seed = 1; seed <= kFlights; ++seed) {

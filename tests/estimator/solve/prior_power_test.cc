@@ -87,7 +87,7 @@ NeesPerDof MeanNees(const std::vector<FrameEstimate>& frames, const std::vector<
 
 // A sum of sines has nothing at the limit of resolution: without the calibration the twist's
 // covariance is twice too large.
-TEST(PriorPower, OnASmoothFlightTheTwistsCovarianceHolds) {
+TEST(PriorPower, SlowOnASmoothFlightTheTwistsCovarianceHolds) {
   const SimulatedFlight flight = SimulateCorners("agile", 12);
   const auto result = RunBatch(CourseSetUp(), {}, flight.measurements);
   ASSERT_TRUE(result) << result.error().message;

@@ -10,7 +10,7 @@
 #include "estimator/window/sliding_window.h"
 #include "tests/support/flights/exact_model.h"
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__clang__)
 #define TAGTWIST_COUNTS_ALLOCATIONS
 namespace {
 std::atomic<size_t> g_allocations{0};  // of this program so far
