@@ -40,13 +40,13 @@ double OfStudent(double squares) {
   return -0.5 * (kPriorDof + kDof) * std::log1p(squares / kPriorDof);
 }
 
+// From the input's states and `raised` on.
 std::optional<Way> SolveWay(const EstimatorSetup& setup, const SolveOptions& options,
                             const NoiseModel& noise, const FrameRange& gap,
-                            const MotionScale& expected, GraphInput input) {
+                            const MotionScale& expected, MotionScale raised, GraphInput input) {
   constexpr int kRounds = 6;
   constexpr double kSettled = 1.1;
   const bool is_learned = MotionIsLearned(setup.options);
-  MotionScale raised;
   for (int round = 0;; ++round) {
     SetMotion(gap, {expected.linear * raised.linear, expected.angular * raised.angular},
               &input.frames);
@@ -97,7 +97,7 @@ std::optional<GapAccount> LookAt(const EstimatorSetup& setup, const SolveOptions
   constexpr int kMostTurns = 3;
   const Stretch stretch = Around(whole, gap, kBesideGap);
   const FrameRange there{gap.first - stretch.states.first, gap.last - stretch.states.first};
-  auto kept = SolveWay(setup, options, noise, there, expected, stretch.input);
+  auto kept = SolveWay(setup, options, noise, there, expected, {}, stretch.input);
   if (!kept) return std::nullopt;
   GapAccount out{std::move(*kept), {stretch.states.first, gap, {}, true, kLeastToldWeight}};
   if (!IsBridged(gap)) return out;
@@ -106,7 +106,8 @@ std::optional<GapAccount> LookAt(const EstimatorSetup& setup, const SolveOptions
     for (int turns = 1; turns <= kMostTurns; ++turns) {
       GraphInput input = stretch.input;
       LayBridges(TurnedOn(input.frames, there, turn, direction * turns), there, &input.frames);
-      const auto other = SolveWay(setup, options, noise, there, expected, std::move(input));
+      const auto other =
+          SolveWay(setup, options, noise, there, expected, out.kept.raised, std::move(input));
       if (!other || AreTheSame(other->solution, out.kept.solution.graph.states)) break;
       const double gain = GainOf(*other, out.kept);
       if (!(gain > kLeastGain)) break;
@@ -125,6 +126,28 @@ bool NeedsALook(const FrameRange& gap, const NoiseModel& noise, const MotionScal
   if (now.linear != expected.linear || now.angular != expected.angular) return true;
   const GapMotion motion = MotionOver(gap, noise, solution);
   return std::max(motion.linear.sum, motion.angular.sum) > kMostByChance;
+}
+
+// Each by itself, at once where work can be split.
+std::vector<Look> LookAtAll(const EstimatorSetup& setup, const SolveOptions& options,
+                            const NoiseModel& noise, const std::vector<FrameRange>& gaps,
+                            const GraphInput& input, const Solution& solution) {
+  const bool is_learned = MotionIsLearned(setup.options);
+  std::vector<std::optional<Look>> found(gaps.size());
+  setup.for_ranges(gaps.size(), [&](size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      const MotionScale expected =
+          is_learned ? ExpectedMotion(gaps, gaps[i], noise, input.frames) : MotionScale();
+      if (!NeedsALook(gaps[i], noise, expected, input, solution)) continue;
+      auto account = LookAt(setup, options, noise, gaps[i], expected, input);
+      if (account) found[i] = Look{gaps[i], expected, std::move(*account)};
+    }
+  });
+  std::vector<Look> out;
+  for (std::optional<Look>& look : found) {
+    if (look) out.push_back(std::move(*look));
+  }
+  return out;
 }
 
 // Of the kept way into the input; whether that changed much.
@@ -146,17 +169,9 @@ Result<Solution> DecideGaps(const EstimatorSetup& setup, const SolveOptions& opt
                             const std::vector<FrameRange>& gaps, Solution solution,
                             GraphInput* input, NoiseModel* noise, std::vector<OpenAccounts>* open) {
   constexpr int kMostRounds = 4;
-  const bool is_learned = MotionIsLearned(setup.options);
   open->clear();
   for (int round = 0;; ++round) {
-    std::vector<Look> looks;
-    for (const FrameRange& gap : gaps) {
-      const MotionScale expected =
-          is_learned ? ExpectedMotion(gaps, gap, *noise, input->frames) : MotionScale();
-      if (!NeedsALook(gap, *noise, expected, *input, solution)) continue;
-      auto account = LookAt(setup, options, *noise, gap, expected, *input);
-      if (account) looks.push_back({gap, expected, std::move(*account)});
-    }
+    std::vector<Look> looks = LookAtAll(setup, options, *noise, gaps, *input, solution);
     *open = std::vector<OpenAccounts>();
     if (looks.empty()) return solution;
     GraphInput anew = *input;
