@@ -61,6 +61,8 @@ set(TAGTWIST_PUBLIC_HEADERS
   estimator/online/config.h
   estimator/online/online_estimator.h
   estimator/online/online_options.h
+  estimator/imu/imu_options.h
+  estimator/result/imu_result.h
   # results as files
   estimator/report/findings/comparison_table.h
   estimator/report/result_writer.h

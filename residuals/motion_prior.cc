@@ -29,7 +29,8 @@ Eigen::Matrix3d RootInformation(const MotionPrior& prior, double dt_s) {
   const double d0 = 1 / std::sqrt(prior.psd * dt_s), d1 = d0 / dt_s, d2 = d1 / dt_s;
   Eigen::Matrix3d w;
   if (prior.on == WhiteNoiseOn::kAcceleration) {
-    w << std::sqrt(12.0) * d1, -std::sqrt(3.0) * d0, 0, 0, d0, 0, 0, 0, 1;
+    w << std::sqrt(12.0) * d1, -std::sqrt(3.0) * d0, 0, 0, d0, 0, 0, 0,
+        prior.leaves_third_free ? 0 : 1;
   } else {
     const double root5 = std::sqrt(5.0), root3 = std::sqrt(3.0);
     w << 12 * root5 * d2, -6 * root5 * d1, root5 * d0, 0, 2 * root3 * d1, -root3 * d0, 0, 0, d0;

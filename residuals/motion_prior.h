@@ -13,6 +13,9 @@ enum class WhiteNoiseOn { kAcceleration, kJerk };
 struct MotionPrior {
   WhiteNoiseOn on = WhiteNoiseOn::kJerk;
   double psd = 1;  // power spectral density of the noise, > 0: [unit^2 / s^4 / Hz] or [.. s^6 / Hz]
+  /// Of kAcceleration: the third entry is not idle but another factor's, and the prior says nothing
+  /// of it: RootInformation has zeros there.
+  bool leaves_third_free = false;
 };
 
 /// Mean of an axis state dt_s later: [1 dt dt^2/2; 0 1 dt; 0 0 1], without the third column and row

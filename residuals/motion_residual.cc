@@ -63,7 +63,11 @@ MotionResidual::MotionResidual(double dt_s, const MotionPrior& linear, const Mot
       w_angular_(RootInformation(angular, dt_s)) {}
 
 double MotionResidual::LogDetInformation() const {
-  return 6 * (w_linear_.diagonal().array().log().sum() + w_angular_.diagonal().array().log().sum());
+  const auto of_part = [](const Eigen::Matrix3d& w) {  // but for what is left free
+    const auto roots = w.diagonal().array();
+    return (roots > 0).select(roots.log(), 0.0).sum();
+  };
+  return 6 * (of_part(w_linear_) + of_part(w_angular_));
 }
 
 Vector18 MotionResidual::Residual(double const* const* parameters, const Eigen::Vector3d& phi,

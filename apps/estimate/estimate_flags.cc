@@ -25,6 +25,7 @@ DEFINE_string(
     "only one where left out.");
 DEFINE_bool(use_detections, false,
             "Tag corners come from the recording (detections.csv, .mat), not from its images.");
+DEFINE_bool(imu, false, "With the recording's IMU, as the config's section imu says.");
 DEFINE_string(output, "results", "Folder to write to; made where it is missing.");
 DEFINE_string(
     fail_on, "none",
@@ -191,7 +192,7 @@ Usage EstimateUsage() {
       "browser).";
   usage.groups = {
       {"What to read",
-       {"dataset", "topic", "ground_truth", "truth_topic", "use_detections", "realtime",
+       {"dataset", "topic", "ground_truth", "truth_topic", "use_detections", "imu", "realtime",
         "max_frames", "duration", "from", "to", "pieces"}},
       ConfigFlags(),
       {"What to write",
@@ -262,6 +263,7 @@ Result<EstimateJob> EstimateJobFromFlags() {
   job.unknown_tag_size_m = FLAGS_unknown_tag_size_m;
   job.run.sliding_window = FLAGS_sliding_window;
   job.run.use_detections = FLAGS_use_detections;
+  job.run.use_imu = FLAGS_imu;
   auto detection = DetectionFromFlags();
   if (!detection) return detection.error();
   job.run.detection = *detection;

@@ -23,6 +23,14 @@ DEFINE_string(format, Defaults().format,
               "(EuRoC/ASL: mav0/cam0/data.csv ...) or mat (the course's).");
 DEFINE_bool(images, Sim().images, "Render images; without them detections alone are written.");
 DEFINE_double(imu_rate, Sim().imu_rate_hz, "IMU samples a second; 0 for none.");
+DEFINE_double(gyro_noise_radps, Sim().gyro_noise_radps,
+              "Noise of a gyro sample, standard deviation [rad/s].");
+DEFINE_double(accel_noise_mps2, Sim().accel_noise_mps2,
+              "Noise of an accelerometer sample, standard deviation [m/s^2].");
+DEFINE_double(gyro_bias_radps, Sim().gyro_bias_radps,
+              "Constant bias of each axis, drawn with that standard deviation [rad/s].");
+DEFINE_double(accel_bias_mps2, Sim().accel_bias_mps2,
+              "Constant bias of each axis, drawn with that standard deviation [m/s^2].");
 DEFINE_string(trajectory, Defaults().trajectory,
               "figure8, hover, circle, agile, straight, or a file of poses: ground_truth.csv "
               "columns by name, TUM, EuRoC. A spline smooths it and is the truth.");
@@ -131,6 +139,10 @@ SimulatorOptions SimulatorFromFlags() {
   out.hide_tags_from_s = FLAGS_hide_tags_from;
   out.hide_tags_to_s = FLAGS_hide_tags_to;
   out.imu_rate_hz = FLAGS_imu_rate;
+  out.gyro_noise_radps = FLAGS_gyro_noise_radps;
+  out.accel_noise_mps2 = FLAGS_accel_noise_mps2;
+  out.gyro_bias_radps = FLAGS_gyro_bias_radps;
+  out.accel_bias_mps2 = FLAGS_accel_bias_mps2;
   return out;
 }
 
@@ -142,7 +154,9 @@ Usage SimulateUsage() {
       "--output PATH [--trajectory NAME|FILE] [--image_times FILE] [...]",
       "Renders a flight over a map of AprilTags as a data set with exact ground truth (pose and\n"
       "twist at every frame's stamp), for tagtwist_estimate --dataset PATH.",
-      {{"What to write", {"output", "format", "images", "imu_rate"}},
+      {{"What to write",
+        {"output", "format", "images", "imu_rate", "gyro_noise_radps", "accel_noise_mps2",
+         "gyro_bias_radps", "accel_bias_mps2"}},
        {"The flight", {"trajectory", "image_times", "duration", "height", "rate", "jitter_ms"}},
        ConfigFlags(),
        {"The image",

@@ -10,6 +10,7 @@
 #include "estimator/batch/first_solve.h"
 #include "estimator/batch/gap_turns.h"
 #include "estimator/batch/gaps.h"
+#include "estimator/batch/imu/imu_stage.h"
 #include "estimator/batch/model_choice.h"
 #include "estimator/batch/open_accounts.h"
 #include "estimator/batch/two_poses.h"
@@ -44,6 +45,10 @@ class BatchEstimator::Impl {
         set_up_check_(setup_),
         gate_(setup_.map, setup_.Cameras()) {}
 
+  void Use(ImuRecord imu) {
+    imu_ = std::move(imu);
+    setup_.options.use_tracks = false;
+  }
   void Add(FrameMeasurements measurement);
   Result<Estimate> Solve() const;
 
@@ -74,6 +79,7 @@ class BatchEstimator::Impl {
 
   EstimatorSetup setup_;
   SpanObserver* spans_;
+  std::optional<ImuRecord> imu_;
   TrackSegmenter segmenter_;
   RigCheck set_up_check_;
   Status set_up_is_right_ = Ok();  // as far as the frames say
@@ -189,28 +195,27 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
       SolveWithTrustedTags(measurements, state_of_frame, gaps, &input, &out.noise, &open);
   if (!solution) return solution.error();
 
+  stages.Next("imu");
+  const std::vector<Eigen::VectorXd> of_imu = TakeImu(
+      setup_, imu_, measurements, *starts, {&state_of_frame, &open, &input, &*solution}, &out);
   stages.Next("covariance");
-  std::vector<StateCovariance> covariances = StateCovariances(setup_, out.noise, input, &*solution);
+  std::vector<StateCovariance> covariances =
+      out.imu ? BodyCovariances(solution->covariance)
+              : StateCovariances(setup_, out.noise, input, &*solution);
   out.trajectory =
       MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
+  AddSharedErrors(of_imu, &out.trajectory, &covariances);
   const std::vector<bool> ambiguous = CoverOpenAccounts(open, &out.trajectory, &covariances);
   out.systematic = AddSystematic(setup_, out.noise, solution->graph, input.frames, &out.trajectory,
                                  &covariances);
+  if (out.imu) Widen(out.systematic.common_rotation_rad, &*out.imu);
   *solution = Solution();  // its memory is for the rows
   stages.Next("rows");
-  for (size_t i = 0; i < starts->size(); ++i) {
-    GraphFrame& frame = (*starts)[i];
-    const int k = state_of_frame[i];
-    if (k >= 0) {
-      frame = std::move(input.frames[static_cast<size_t>(k)]);
-    } else {
-      frame.state = out.trajectory.At(frame.t_ns)->state;
-    }
-  }
+  PutBack(state_of_frame, out.trajectory, &input, &*starts);
   const std::vector<FrameRange> around = StatesAround(out.trajectory.states, *starts);
   const SolvedFrames solved{measurements, *starts, state_of_frame};
   const TagAudit audit = AuditTags(setup_, solved, refused_, &out);
-  out.warnings = doubled.Warnings();
+  for (std::string& warning : doubled.Warnings()) out.warnings.push_back(std::move(warning));
   *ways = WaysWithoutTwins(setup_, solved, doubled);
   FillFrames(measurements, std::move(*starts), state_of_frame, covariances, clock, &out);
   TellAmbiguous(ambiguous, around, &out.frames);
@@ -276,6 +281,8 @@ BatchEstimator::BatchEstimator(const SetUp& set_up, const EstimatorOptions& opti
 BatchEstimator::BatchEstimator(BatchEstimator&&) noexcept = default;
 BatchEstimator& BatchEstimator::operator=(BatchEstimator&&) noexcept = default;
 BatchEstimator::~BatchEstimator() = default;
+
+void BatchEstimator::Use(ImuRecord imu) { impl_->Use(std::move(imu)); }
 
 void BatchEstimator::Add(FrameMeasurements measurement) { impl_->Add(std::move(measurement)); }
 

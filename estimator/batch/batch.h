@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "estimator/graph/estimator_options.h"
+#include "estimator/imu/imu_options.h"
 #include "estimator/result/estimate.h"
 #include "frontend/base/for_ranges.h"
 #include "frontend/base/result.h"
@@ -28,6 +29,10 @@ class BatchEstimator {
   BatchEstimator& operator=(BatchEstimator&&) noexcept;
   ~BatchEstimator();
 
+  /// An IMU on the body, whose record covers frames that come: then the frames that it covers have
+  /// states, tags or not, and there are no tracks. Where it does not go with what the tags say the
+  /// estimate is without it, and a warning tells why. Before the first frame.
+  void Use(ImuRecord imu);
   /// Stamps must grow.
   void Add(FrameMeasurements measurement);
   /// Solves for all frames. An error when no frame has a usable tag, there is no solution, or what

@@ -41,6 +41,12 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
   return input;
 }
 
+std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance) {
+  std::vector<StateCovariance> out;
+  for (int k = 0; k < covariance.size(); ++k) out.push_back(BodyCovariance(covariance, k));
+  return out;
+}
+
 std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
                                               const GraphInput& input, Solution* solution) {
   std::vector<StateCovariance> out;
@@ -53,11 +59,7 @@ std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const
     if (is_soon_built) graph = BuildGraph(setup, noise, input);
     out = WithPriorPower(finder.result().statistic.Power(), finder.result());
   }
-  if (!out.empty()) return out;
-  for (int k = 0; k < solution->covariance.size(); ++k) {
-    out.push_back(BodyCovariance(solution->covariance, k));
-  }
-  return out;
+  return out.empty() ? BodyCovariances(solution->covariance) : out;
 }
 
 Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,
@@ -80,6 +82,19 @@ SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noi
   const SystematicBasis basis(setup, TagsSeenMost(frames));
   const SystematicErrors errors = LearnSystematicErrors(basis, noise, frames);
   return AddSystematicErrors(basis, errors, noise, graph, frames, trajectory, covariances);
+}
+
+void PutBack(const std::vector<int>& state_of_frame, const Trajectory& trajectory,
+             GraphInput* input, std::vector<GraphFrame>* frames) {
+  for (size_t i = 0; i < frames->size(); ++i) {
+    GraphFrame& frame = (*frames)[i];
+    const int k = state_of_frame[i];
+    if (k >= 0) {
+      frame = std::move(input->frames[static_cast<size_t>(k)]);
+    } else {
+      frame.state = trajectory.At(frame.t_ns)->state;
+    }
+  }
 }
 
 }  // namespace tagtwist::internal

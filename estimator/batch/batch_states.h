@@ -24,6 +24,9 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
                          const std::vector<TrackSegment>& segments,
                          std::vector<GraphFrame>* frames);
 
+/// Those of a covariance as it is.
+std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance);
+
 /// Covariances of all states of a solution of that input under that noise; scaled by the prior's
 /// power where the prior's densities are learned. Meanwhile a graph that is soon built again gives
 /// up its factors, and has as many others afterwards: of long recordings they are a lot to hold.
@@ -40,5 +43,9 @@ Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatr
 SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noise,
                               const Graph& graph, const std::vector<GraphFrame>& frames,
                               Trajectory* trajectory, std::vector<StateCovariance>* covariances);
+
+/// Frames with a state out of the input again; the others take theirs from the trajectory.
+void PutBack(const std::vector<int>& state_of_frame, const Trajectory& trajectory,
+             GraphInput* input, std::vector<GraphFrame>* frames);
 
 }  // namespace tagtwist::internal

@@ -9,6 +9,7 @@
 #include "estimator/jobs/stamp_error.h"
 #include "estimator/live/frame_deadline.h"
 #include "estimator/live/stopwatch.h"
+#include "estimator/online/imu_feed.h"
 #include "estimator/online/online_estimator.h"
 #include "estimator/result/body_in_world.h"
 #include "frontend/base/spans.h"
@@ -40,6 +41,7 @@ void KeepEnd(OnlineEstimator* estimator, Estimate* estimate) {
   estimate->noise = window.noise();
   estimate->reprojection = window.Reprojection();
   estimate->cameras = window.Cameras();
+  estimate->imu = window.Imu();
   for (std::string& warning : window.Warnings()) estimate->warnings.push_back(std::move(warning));
 }
 
@@ -57,6 +59,7 @@ struct OnlineRun::Impl {
        const RunOptions& with_options)
       : source(from),
         config(WithStampError(with_config, *from)),
+        imu(from->imu(), with_config.imu.time_offset_s),
         options(with_options),
         walk(dataset, from->stamps_ns().size(), with_options) {
     out.estimate.mode = EstimateMode::kSlidingWindow;
@@ -78,6 +81,7 @@ struct OnlineRun::Impl {
   OnlineFrame frame;
   DataSource* source;
   Config config;
+  ImuFeed imu;
   RunOptions options;
   RecordingWalk walk;
   std::optional<FrameDeadline> deadline;
@@ -90,6 +94,7 @@ struct OnlineRun::Impl {
 
 OnlineOptions OnlineRun::Impl::MakeOnlineOptions() {
   OnlineOptions online;
+  online.use_imu = options.use_imu;
   // Detections at hand need no search: what is in the stream is measured.
   const bool in_stream =
       options.use_detections || !config.set_up.rig.IsOneOnTheBody() || !config.bodies.empty();
@@ -152,6 +157,7 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
   if (!*taken || !walk.Takes((*taken)->t_ns)) return std::optional<WindowOutput>();
   if (deadline) deadline->Start();
   since_last_stage = Stopwatch();
+  if (options.use_imu) estimator->AddImu(imu.Until((*taken)->t_ns));
   auto output = estimator->AddImage((*taken)->t_ns, (*taken)->image);
   if (options.on_measurements) options.on_measurements(estimator->measurements());
   if (!output) return walk.OfFrame(output.error());
@@ -169,6 +175,7 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfStream() {
   AddStageTimes(**taken, &out.facts.times);
   since_last_stage = Stopwatch();
   if (options.on_measurements) options.on_measurements((*taken)->measurements);
+  if (options.use_imu) estimator->AddImu(imu.Until((*taken)->measurements.t_ns));
   auto output = estimator->AddMeasurements(std::move((*taken)->measurements));
   if (!output) return walk.OfFrame(output.error());
   if (const auto added = AddToOthers(std::move((*taken)->of_others)); !added) {
@@ -221,6 +228,9 @@ void OnlineRun::Impl::Keep(WindowOutput output) {
 
 Result<OnlineRun> OnlineRun::Create(const std::string& dataset, DataSource* source,
                                     const Config& config, const RunOptions& options) {
+  if (options.use_imu) {
+    if (const Status fine = CheckImu(dataset, *source, config); !fine) return fine.error();
+  }
   auto impl = std::make_unique<Impl>(dataset, source, config, options);
   if (const auto made = impl->MakeEstimator(); !made) return made.error();
   return OnlineRun(std::move(impl));

@@ -9,6 +9,7 @@
 #include "estimator/jobs/recording_walk.h"
 #include "estimator/jobs/stamp_error.h"
 #include "estimator/live/stopwatch.h"
+#include "estimator/online/imu_feed.h"
 #include "estimator/result/body_in_world.h"
 #include "frontend/base/spans.h"
 
@@ -60,6 +61,10 @@ Result<RunResult> RunInBatch(const std::string& dataset, DataSource* source, con
   std::vector<BatchEstimator> batches;
   for (const SetUp& set_up : config.SetUps()) {
     batches.emplace_back(set_up, config.estimator, OnThreads(options.threads), options.spans);
+  }
+  if (options.use_imu) {
+    if (const Status fine = CheckImu(dataset, *source, config); !fine) return fine.error();
+    batches.front().Use({config.imu, source->imu()});
   }
   const auto added = AddFrames(source, config, options, &walk, &out.facts.times, &batches);
   if (!added) return added.error();

@@ -18,6 +18,7 @@ struct RunOptions {
   DetectionMode detection = DetectionMode::kAuto;  // full of detections at hand
   bool sliding_window = false;
   bool use_detections = false;
+  bool use_imu = false;  // the recording's, which must have one
   /// Batch: tags that were found before, with use_detections false; nullptr: images are searched.
   std::shared_ptr<const MeasuredTags> measured = {};
   /// What was measured in each frame, before or, of a window's guided detection, as it is estimated

@@ -246,6 +246,7 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   ReadOptions("klt", &sections, &config.front_end.klt);
   ReadOptions("closed_form", &sections, &config.front_end.closed_form);
   ReadOptions("estimator", &sections, &config.estimator);
+  ReadOptions("imu", &sections, &config.imu);
   // What the section `estimator` says goes before what the map's own file does.
   if (!config.estimator.tag_sigma_m) config.estimator.tag_sigma_m = tag_sigma_m;
   ReadOptions("calibration", &sections, &config.calibration);

@@ -4,6 +4,7 @@
 
 #include "estimator/calibration/options.h"
 #include "estimator/graph/estimator_options.h"
+#include "estimator/imu/imu_options.h"
 #include "frontend/base/limits.h"
 #include "frontend/base/result.h"
 #include "frontend/front_end.h"
@@ -31,6 +32,7 @@ struct Config {
   std::vector<int> movable_tags = {};  // ids, ascending: they may be anywhere, and are passed over
   FrontEndOptions front_end;
   EstimatorOptions estimator;
+  ImuOptions imu;  // of the recording's, where a run takes it
   CalibrationOptions calibration;
   SetUpOrigins origins;
   Limits limits = {};  // of the recording's files

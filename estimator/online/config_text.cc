@@ -122,7 +122,7 @@ std::string OptionsText(const Config& config) {
   out += SectionText("klt", config.front_end.klt);
   out += SectionText("closed_form", config.front_end.closed_form);
   out += SectionText("estimator", config.estimator);
-  return out + SectionText("calibration", config.calibration);
+  return out + SectionText("imu", config.imu) + SectionText("calibration", config.calibration);
 }
 
 }  // namespace tagtwist::internal

@@ -33,7 +33,9 @@ struct OnlineEstimator::Impl {
       : config(with_config),
         options(with_options),
         front_end(config.set_up, config.front_end),
-        window(config.set_up, config.estimator) {}
+        window(config.set_up, config.estimator) {
+    if (options.use_imu) window.Use(config.imu);
+  }
 
   Status Check(int64_t t_ns, const cv::Mat& gray) const;
   DetectedFrame Detect(int64_t t_ns, const cv::Mat& gray);
@@ -152,6 +154,10 @@ Result<WindowOutput> OnlineEstimator::AddMeasurements(FrameMeasurements measurem
 }
 
 const FrameMeasurements& OnlineEstimator::measurements() const { return impl_->last; }
+
+void OnlineEstimator::AddImu(const std::vector<ImuSample>& samples) {
+  impl_->window.AddImu(samples);
+}
 
 std::vector<FrameEstimate> OnlineEstimator::Finish() { return impl_->window.Finish(); }
 

@@ -46,6 +46,8 @@ class OnlineEstimator {
   const FrameMeasurements& measurements() const;
   /// The frames still in the window, smoothed; call at the end.
   std::vector<FrameEstimate> Finish();
+  /// With OnlineOptions::use_imu: what it said since the last call, those around a frame before it.
+  void AddImu(const std::vector<ImuSample>& samples);
   const SlidingWindow& window() const;
 
  private:

@@ -16,6 +16,7 @@ enum class FrameStage { kDetect, kTrack, kClosedForm, kSolve };
 /// How an online run goes about its frames.
 struct OnlineOptions {
   DetectionMode detection = DetectionMode::kAuto;
+  bool use_imu = false;  // OnlineEstimator::AddImu, as Config::imu says
   /// When the frame at hand must be done with, told by whoever has a clock: detection stops when
   /// the first says so and tracks end there; the solve stops when the second does.
   TimeUp detection_time_up = {}, solve_time_up = {};

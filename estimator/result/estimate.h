@@ -7,6 +7,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/trajectory.h"
 #include "estimator/result/camera_share.h"
+#include "estimator/result/imu_result.h"
 #include "estimator/result/reprojection_errors.h"
 #include "estimator/result/systematic_share.h"
 #include "frontend/types/body_state.h"
@@ -47,6 +48,7 @@ struct Estimate {
   std::vector<FrameEstimate> lagged;  // window mode: the same frames at the window's lag
   Trajectory trajectory;              // batch: to ask between the frames
   NoiseModel noise;
+  std::optional<ImuResult> imu;            // batch: where it is in the estimate
   SystematicShare systematic;              // batch: in the covariances, beside the noise
   std::vector<double> reprojection_px;     // every corner's distance from its prediction [px]
   ReprojectionErrorsByPlace reprojection;  // window mode: at the window's lag

@@ -4,6 +4,7 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/window/fixed_lag_smoother.h"
+#include "estimator/window/imu/window_imu.h"
 #include "estimator/window/online_clock.h"
 #include "estimator/window/rolling_shutter.h"
 #include "estimator/window/window_systematic.h"
@@ -13,7 +14,7 @@ namespace tagtwist {
 using namespace internal;
 
 struct SlidingWindow::Impl {
-  explicit Impl(const EstimatorSetup& setup) : smoother(setup), clock(setup) {
+  explicit Impl(const EstimatorSetup& of) : setup(of), smoother(of), clock(of) {
     if (setup.HasRollingShutter()) undo.emplace(setup);
     if (setup.options.systematic_errors) systematic.emplace(setup);
   }
@@ -26,6 +27,7 @@ struct SlidingWindow::Impl {
     if (!out) return out;
     out->lagged.insert(out->lagged.begin(), left.begin(), left.end());
     left.clear();
+    if (imu) imu->AddTo(measurement, smoother.noise(), &*out);
     if (systematic) systematic->AddTo(measurement, smoother.noise(), &*out);
     if (out->current.status != FrameStatus::kNoFix) {
       clock_changed = clock.Judge(smoother.noise().corner_sigma_px, measurement.tags,
@@ -51,11 +53,13 @@ struct SlidingWindow::Impl {
     return out;
   }
 
+  EstimatorSetup setup;
   FixedLagSmoother smoother;
   OnlineClock clock;
   bool clock_changed = false;
   std::vector<FrameEstimate> left;             // when it did
   std::optional<RollingShutterUndo> undo;      // where the camera has a rolling shutter
+  std::optional<WindowImu> imu;                // where there is one
   std::optional<WindowSystematic> systematic;  // where they are asked for
 };
 
@@ -70,17 +74,29 @@ Result<WindowOutput> SlidingWindow::Add(const FrameMeasurements& measurement,
   return impl_->Add(measurement, time_up);
 }
 
+void SlidingWindow::Use(const ImuOptions& imu) { impl_->imu.emplace(impl_->setup, imu); }
+
+void SlidingWindow::AddImu(const std::vector<ImuSample>& samples) {
+  if (impl_->imu) impl_->imu->AddSamples(samples);
+}
+
+std::optional<ImuResult> SlidingWindow::Imu() const {
+  return impl_->imu ? impl_->imu->found() : std::nullopt;
+}
+
 Status SlidingWindow::CheckSetUp() const { return impl_->smoother.CheckSetUp(); }
 
 std::vector<FrameEstimate> SlidingWindow::Finish() {
   std::vector<FrameEstimate> out = impl_->smoother.Finish();
+  if (impl_->imu) impl_->imu->AddTo(&out);
   if (impl_->systematic) impl_->systematic->AddTo(&out);
   impl_->clock.NameByStamp(nullptr, &out);
   return out;
 }
 
 std::optional<StateAndCovariance> SlidingWindow::PredictAt(int64_t t_ns) const {
-  return impl_->smoother.PredictAt(t_ns);
+  const auto by_imu = impl_->imu ? impl_->imu->PredictAt(t_ns) : std::nullopt;
+  return by_imu ? by_imu : impl_->smoother.PredictAt(t_ns);
 }
 
 const NoiseModel& SlidingWindow::noise() const { return impl_->smoother.noise(); }
@@ -88,6 +104,8 @@ const NoiseModel& SlidingWindow::noise() const { return impl_->smoother.noise();
 std::vector<std::string> SlidingWindow::Warnings() const {
   std::vector<std::string> out = impl_->smoother.Warnings();
   if (const auto of_clock = impl_->clock.Warning()) out.push_back(*of_clock);
+  const auto of_imu = impl_->imu ? impl_->imu->Warning() : std::nullopt;
+  if (of_imu) out.push_back(*of_imu);
   return out;
 }
 

@@ -8,6 +8,8 @@
 #include "estimator/graph/estimator_options.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/trajectory.h"
+#include "estimator/imu/imu_options.h"
+#include "estimator/result/imu_result.h"
 #include "estimator/result/reprojection_errors.h"
 #include "estimator/window/window_output.h"
 #include "frontend/base/result.h"
@@ -44,6 +46,15 @@ class SlidingWindow {
   SlidingWindow& operator=(SlidingWindow&&) noexcept;
   ~SlidingWindow();
 
+  /// An IMU on the body is in the states once four or more seconds of frames with tags have told
+  /// its calibration (WindowImu); frames without tags then have states by it. Before the first
+  /// frame.
+  void Use(const ImuOptions& imu);
+  /// What it said since the last call, those around a frame before it, as far as they are there;
+  /// stamps must grow.
+  void AddImu(const std::vector<ImuSample>& samples);
+  /// What is known of it.
+  std::optional<ImuResult> Imu() const;
   /// Stamps must grow. After an error, when what is seen cannot be what the set-up says, no frame
   /// may follow.
   /// Where the time is up the state is what the iterations until then give, the noise is learned

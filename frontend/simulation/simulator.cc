@@ -18,7 +18,8 @@ namespace tagtwist {
 using namespace internal;
 namespace {
 
-constexpr uint64_t kDetectionPurpose = 4, kImuPurpose = 5, kStampPurpose = 6;  // random streams
+constexpr uint64_t kDetectionPurpose = 4, kImuPurpose = 5, kStampPurpose = 6,
+                   kBiasPurpose = 7;  // random streams
 constexpr double kGravityMps2 = 9.81;
 constexpr double kBlurStepPx = 0.25;  // image motion from one sub-frame of an exposure to the next
 constexpr int kMostSubFrames = 32;
@@ -96,7 +97,9 @@ std::optional<std::string> SimulatorOptions::Problem() const {
                               CheckRange("hide_tags_to_s", hide_tags_to_s, -inf, inf),
                               CheckRange("imu_rate_hz", imu_rate_hz, 0, 1e5),
                               CheckRange("gyro_noise_radps", gyro_noise_radps, 0, inf),
-                              CheckRange("accel_noise_mps2", accel_noise_mps2, 0, inf)}) {
+                              CheckRange("accel_noise_mps2", accel_noise_mps2, 0, inf),
+                              CheckRange("gyro_bias_radps", gyro_bias_radps, 0, inf),
+                              CheckRange("accel_bias_mps2", accel_bias_mps2, 0, inf)}) {
     if (problem) return problem;
   }
   if (images && line_time_s != 0)
@@ -232,11 +235,15 @@ SimulatedFrame Simulator::MakeFrame(uint64_t index, int64_t t_ns) const {
 std::vector<ImuSample> Simulator::MakeImu(int64_t first_ns, int64_t last_ns) const {
   std::vector<ImuSample> out;
   if (!(options_.imu_rate_hz > 0)) return out;
-  RandomStream random(options_.random_seed, kImuPurpose);
-  const auto noise = [&random](double sigma) {
-    const double x = random.Normal(), y = random.Normal(), z = random.Normal();
+  const auto draw = [](double sigma, RandomStream* random) {
+    const double x = random->Normal(), y = random->Normal(), z = random->Normal();
     return Eigen::Vector3d(sigma * x, sigma * y, sigma * z);
   };
+  RandomStream of_biases(options_.random_seed, kBiasPurpose);
+  const Eigen::Vector3d gyro_bias = draw(options_.gyro_bias_radps, &of_biases);
+  const Eigen::Vector3d accel_bias = draw(options_.accel_bias_mps2, &of_biases);
+  RandomStream random(options_.random_seed, kImuPurpose);
+  const auto noise = [&](double sigma) { return draw(sigma, &random); };
   const double interval_ns = 1e9 / options_.imu_rate_hz;
   for (int64_t k = 0;; ++k) {
     ImuSample sample;
@@ -245,9 +252,9 @@ std::vector<ImuSample> Simulator::MakeImu(int64_t first_ns, int64_t last_ns) con
     const BodyState state = trajectory_.At(sample.t_ns);
     const Eigen::Vector3d force =
         trajectory_.AccelerationAt(sample.t_ns) + kGravityMps2 * Eigen::Vector3d::UnitZ();
-    sample.gyro_radps = state.twist.omega_body + noise(options_.gyro_noise_radps);
-    sample.accel_mps2 =
-        state.world_from_body.rotation().conjugate() * force + noise(options_.accel_noise_mps2);
+    sample.gyro_radps = state.twist.omega_body + gyro_bias + noise(options_.gyro_noise_radps);
+    sample.accel_mps2 = state.world_from_body.rotation().conjugate() * force + accel_bias +
+                        noise(options_.accel_noise_mps2);
     out.push_back(sample);
   }
 }

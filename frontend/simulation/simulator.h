@@ -30,6 +30,8 @@ struct SimulatorOptions {
   double imu_rate_hz = 200;        // 0: no IMU
   double gyro_noise_radps = 0.01;  // of a sample, standard deviation, >= 0
   double accel_noise_mps2 = 0.1;   // of a sample, standard deviation, >= 0
+  double gyro_bias_radps = 0;      // of an axis, constant, drawn with that standard deviation, >= 0
+  double accel_bias_mps2 = 0;      // likewise
   std::optional<std::string> Problem() const;
 
   template <typename Self, typename Visitor>
@@ -47,6 +49,8 @@ struct SimulatorOptions {
     visit("imu_rate_hz", self.imu_rate_hz);
     visit("gyro_noise_radps", self.gyro_noise_radps);
     visit("accel_noise_mps2", self.accel_noise_mps2);
+    visit("gyro_bias_radps", self.gyro_bias_radps);
+    visit("accel_bias_mps2", self.accel_bias_mps2);
   }
 };
 
@@ -70,7 +74,7 @@ class Simulator {
   /// Frame number `index` (it picks the noise) at a stamp within the trajectory.
   SimulatedFrame MakeFrame(uint64_t index, int64_t t_ns) const;
   /// IMU samples between two stamps, both included where they fall on the raster. Gravity is
-  /// 9.81 m/s^2 along -z of W; the IMU sits at the body's origin, without biases.
+  /// 9.81 m/s^2 along -z of W; the IMU sits at the body's origin.
   std::vector<ImuSample> MakeImu(int64_t first_ns, int64_t last_ns) const;
 
   const SplineTrajectory& trajectory() const { return trajectory_; }

@@ -87,6 +87,24 @@ Json SystematicJson(const SystematicShare& s) {
   return out;
 }
 
+Json VectorJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json ImuJson(const ImuResult& imu) {
+  return {{"gravity_world_mps2", VectorJson(imu.gravity_world_mps2)},
+          {"gravity_sigma_rad", imu.gravity_sigma_rad},
+          {"time_offset_s", imu.time_offset_s},
+          {"time_offset_sigma_s", imu.time_offset_sigma_s},
+          {"body_from_imu_rad", VectorJson(imu.mount_rad)},
+          {"body_from_imu_sigma_rad", VectorJson(imu.mount_sigma_rad)},
+          {"gyro_bias_radps", VectorJson(imu.gyro_bias_radps)},
+          {"gyro_bias_sigma_radps", VectorJson(imu.gyro_bias_sigma_radps)},
+          {"accel_bias_mps2", VectorJson(imu.accel_bias_mps2)},
+          {"accel_bias_sigma_mps2", VectorJson(imu.accel_bias_sigma_mps2)},
+          {"gyroscope_noise_density", imu.gyro_noise},
+          {"accelerometer_noise_density", imu.accel_noise},
+          {"intervals", imu.intervals}};
+}
+
 Json CamerasJson(const std::vector<CameraShare>& cameras) {
   Json out = Json::array();
   for (const CameraShare& camera : cameras) {
@@ -225,6 +243,7 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
   if (estimate.mode == EstimateMode::kBatch) {
     out["systematic"] = SystematicJson(estimate.systematic);
   }
+  if (estimate.imu) out["imu"] = ImuJson(*estimate.imu);
   if (!estimate.cameras.empty()) out["cameras"] = CamerasJson(estimate.cameras);
   out["timing_ms"] = TimingJson(facts.times);
   if (facts.deadline_ms) out["deadline"] = DeadlineJson(estimate, facts);

@@ -1,0 +1,66 @@
+#include "estimator/window/imu/imu_learning.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tagtwist::internal {
+namespace {
+
+constexpr double kLeastS = 16, kMostS = 512;  // for which it goes on
+constexpr size_t kFewestKept = 12, kMostKept = 200;
+
+// What is left open of gravity shows where tags are missing: 20 mm after a second without.
+bool IsKnown(const ImuResult& found) {
+  constexpr double kGravityRad = 4e-3, kClockS = 2e-3;
+  return found.gravity_sigma_rad < kGravityRad && found.time_offset_sigma_s < kClockS;
+}
+
+}  // namespace
+
+// Frames by tags, not too near to one another, and always the newest one.
+void ImuLearning::Keep(const FrameMeasurements& measurement, const WindowOutput& out) {
+  if (out.current.status != FrameStatus::kOk) return;
+  const size_t n = kept_.size();
+  if (n > 1 && kept_[n - 1].t_ns - kept_[n - 2].t_ns < kept_spacing_ns_) kept_.pop_back();
+  GraphFrame frame;
+  frame.t_ns = measurement.t_ns;
+  frame.state = out.current.state;
+  for (const TagDetection& tag : measurement.tags) {
+    const auto& used = out.used_tags;
+    if (std::find(used.begin(), used.end(), tag.id) != used.end()) frame.tags.push_back(tag);
+  }
+  kept_.push_back(std::move(frame));
+}
+
+// Every second of the frames that are kept, for as long as it goes on.
+void ImuLearning::ThinOut() {
+  if (kept_.size() <= kMostKept) return;
+  std::vector<GraphFrame> fewer;
+  for (size_t k = kept_.size() % 2 == 0 ? 1 : 0; k < kept_.size(); k += 2) {
+    fewer.push_back(std::move(kept_[k]));  // the newest is among them
+  }
+  kept_ = std::move(fewer);
+  kept_spacing_ns_ *= 2;
+}
+
+std::optional<ImuSolution> ImuLearning::Add(const EstimatorSetup& setup, const NoiseModel& noise,
+                                            const FrameMeasurements& measurement,
+                                            const WindowOutput& out) {
+  if (!goes_on_) return std::nullopt;
+  Keep(measurement, out);
+  if (kept_.size() < kFewestKept || kept_.back().t_ns != measurement.t_ns) return std::nullopt;
+  const double duration_s = ToSeconds(kept_.back().t_ns - kept_.front().t_ns);
+  if (duration_s < next_s_) return std::nullopt;
+  next_s_ *= 2;
+  ThinOut();
+  auto solved = SolveWithImu(setup, noise, imu_, kept_);
+  const bool is_known = solved && IsKnown(solved->found);
+  refusal_ = solved ? "the motion did not tell its clock and gravity" : solved.error().message;
+  if ((is_known && duration_s >= kLeastS) || duration_s >= kMostS) {
+    goes_on_ = false;
+    kept_ = std::vector<GraphFrame>();
+  }
+  return is_known ? std::optional(std::move(*solved)) : std::nullopt;
+}
+
+}  // namespace tagtwist::internal

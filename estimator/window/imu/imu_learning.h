@@ -1,0 +1,45 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/imu/imu_solve.h"
+#include "estimator/window/window_output.h"
+#include "frontend/types/measurements.h"
+
+namespace tagtwist::internal {
+
+/// Learns an IMU's calibration from the frames of a window as they come: SolveWithImu of those
+/// until then after 4, 8, 16, ... s, until it is known well enough and 16 s have passed. Few enough
+/// frames are kept.
+class ImuLearning {
+ public:
+  explicit ImuLearning(const ImuOptions& options) : imu_{options, {}} {}
+
+  bool goes_on() const { return goes_on_; }
+  /// Those until then.
+  const std::vector<ImuSample>& samples() const { return imu_.samples; }
+  void Add(const ImuSample& sample) { imu_.samples.push_back(sample); }
+  /// What the window says of a frame. A solution whose newest state is the frame's, where it is
+  /// time for one and it is known well enough.
+  std::optional<ImuSolution> Add(const EstimatorSetup& setup, const NoiseModel& noise,
+                                 const FrameMeasurements& measurement, const WindowOutput& out);
+  /// Why there is none yet.
+  const std::string& refusal() const { return refusal_; }
+
+ private:
+  void Keep(const FrameMeasurements& measurement, const WindowOutput& out);
+  void ThinOut();
+
+  ImuRecord imu_;
+  std::vector<GraphFrame> kept_;
+  int64_t kept_spacing_ns_ = 80'000'000;
+  double next_s_ = 4;  // after the first of them
+  bool goes_on_ = true;
+  std::string refusal_ = "fewer than four seconds of frames with tags came with it";
+};
+
+}  // namespace tagtwist::internal

@@ -1,0 +1,80 @@
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/graph/trajectory.h"
+#include "estimator/imu/imu_solve.h"
+#include "estimator/result/estimate.h"
+#include "estimator/solve/quadratic_chain.h"
+#include "estimator/window/imu/imu_learning.h"
+#include "estimator/window/window_output.h"
+
+namespace tagtwist::internal {
+
+/// An IMU in the states of a window. The window of tags goes on by itself, chooses the tags and
+/// starts anew where it must; beside it the same frames and those without tags are a chain with the
+/// IMU's factors, whose states take the place of the window's once the IMU's calibration is known:
+/// solved from the frames until then (SolveWithImu) after 4, 8, 16, ... s, until it is known well
+/// enough and 16 s have passed. What contradicts the tags, has a hole, or is too uncertain ends the
+/// chain; the next state by tags begins another.
+class WindowImu {
+ public:
+  WindowImu(EstimatorSetup setup, const ImuOptions& options);
+
+  /// Stamps must grow; those around a frame come before it, as far as they are there.
+  void AddSamples(const std::vector<ImuSample>& samples);
+  /// `out` is what the window of tags says of the frame, and becomes what both say.
+  void AddTo(const FrameMeasurements& measurement, const NoiseModel& noise, WindowOutput* out);
+  /// Frames at the lag, in order.
+  void AddTo(std::vector<FrameEstimate>* lagged);
+  /// At a stamp that the samples reach; nullopt while there is no chain.
+  std::optional<StateAndCovariance> PredictAt(int64_t t_ns) const;
+  /// Why the window goes without it, or nothing.
+  std::optional<std::string> Warning() const;
+  const std::optional<ImuResult>& found() const { return found_; }
+
+ private:
+  // A frame of the chain as it was when it left.
+  struct Left {
+    int64_t t_ns = 0;
+    BodyState state;
+    StateCovariance covariance;
+    bool has_tags = false;
+  };
+
+  void BeginLearned(ImuSolution solved, const NoiseModel& noise);
+  void Begin(const GraphFrame& frame, const Block& covariance, const NoiseModel& noise);
+  void BeginFromTags(const FrameEstimate& by_tags, const NoiseModel& noise);
+  bool Extend(const FrameMeasurements& measurement, const NoiseModel& noise,
+              const std::vector<int>& used);
+  std::vector<TagDetection> TagsNear(const GraphFrame& frame, const Block& covariance,
+                                     const std::vector<TagDetection>& tags,
+                                     const std::vector<int>& used) const;
+  bool IsUseless() const;
+  bool Contradicts(const NoiseModel& noise) const;
+  void End();
+  void LetOldestLeave();
+  void TakeInto(FrameEstimate* frame) const;
+  void DropOldSamples();
+  void Open(int64_t t_ns, FrameEstimate* frame) const;
+
+  EstimatorSetup setup_;
+  ImuOptions options_;
+  ImuLearning learning_;
+  int64_t last_tag_ns_ = 0;  // in the chain, or before it
+  std::optional<ImuModel> model_;
+  std::optional<ImuResult> found_;
+  std::vector<ImuSample> in_body_;  // since the chain's oldest frame
+  Acceleration biases_;             // of the newest frame of the last chain
+  Block bias_covariance_;           // with zeros but for them
+  std::vector<GraphFrame> frames_;  // of the chain; none: there is no chain
+  QuadraticChain chain_;
+  BlockBandedMatrix covariance_{0, 0};
+  std::deque<Left> left_;  // not yet told at the lag
+};
+
+}  // namespace tagtwist::internal

@@ -1,0 +1,160 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/batch/batch.h"
+#include "frontend/types/so3.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/imu_flight.h"
+
+namespace tagtwist::internal::imu_batch_test {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+
+Estimate Solve(const ImuFlight& flight, const ImuOptions* imu) {
+  BatchEstimator batch(CourseSetUp(), EstimatorOptions());
+  if (imu != nullptr) batch.Use({*imu, flight.imu});
+  for (const FrameMeasurements& frame : flight.measurements) batch.Add(frame);
+  auto out = batch.Solve();
+  EXPECT_TRUE(out) << (out ? "" : out.error().message);
+  return out ? std::move(*out) : Estimate();
+}
+
+// Errors of frames without tags, or with them.
+struct Errors {
+  double position_m = 0, velocity_mps = 0, largest_m = 0, nees_pose = 0, nees_twist = 0;
+  int n = 0;
+};
+
+Errors ErrorsOf(const Estimate& estimate, const ImuFlight& flight, bool with_tags) {
+  Errors out;
+  for (size_t i = 0; i < estimate.frames.size(); ++i) {
+    const FrameEstimate& frame = estimate.frames[i];
+    if (flight.measurements[i].tags.empty() == with_tags) continue;
+    EXPECT_NE(frame.status, FrameStatus::kNoFix);
+    const StateVector d = Difference(frame.state, flight.truth[i]);
+    const Eigen::Matrix<double, 6, 6> pose = frame.covariance.topLeftCorner<6, 6>(),
+                                      twist = frame.covariance.bottomRightCorner<6, 6>();
+    out.nees_pose += d.head<6>().dot(pose.llt().solve(d.head<6>())) / 6;
+    out.nees_twist += d.tail<6>().dot(twist.llt().solve(d.tail<6>())) / 6;
+    out.position_m += d.segment<3>(3).squaredNorm();
+    out.velocity_mps += d.segment<3>(6).squaredNorm();
+    out.largest_m = std::max(out.largest_m, d.segment<3>(3).norm());
+    ++out.n;
+  }
+  out.position_m = std::sqrt(out.position_m / out.n);
+  out.velocity_mps = std::sqrt(out.velocity_mps / out.n);
+  out.nees_pose /= out.n;
+  out.nees_twist /= out.n;
+  return out;
+}
+
+// Over draws: what it finds of itself lies within its sigmas, and the states' covariances hold.
+TEST(ImuInBatch, SlowFindsItsCalibrationAndKeepsItsSigmas) {
+  double pose = 0, twist = 0, calibration = 0;
+  constexpr int kDraws = 2;
+  const char* flights[kDraws] = {"agile", "figure8"};
+  for (int draw = 0; draw < kDraws; ++draw) {
+    ImuFlightOptions options;
+    options.seed = 20 + static_cast<uint64_t>(draw);
+    options.clock_s = 0.004 * draw;
+    options.accel_noise_mps2 = 0.05 * (1 + draw);
+    options.duration_s = 6;
+    const ImuFlight flight = SimulateWithImu(flights[draw], options);
+    const ImuOptions imu;
+    const Estimate with = Solve(flight, &imu);
+    ASSERT_TRUE(with.imu);
+    const Errors errors = ErrorsOf(with, flight, true);
+    const Errors without = ErrorsOf(Solve(flight, nullptr), flight, true);
+    EXPECT_LT(errors.position_m, 1.05 * without.position_m);
+    pose += errors.nees_pose / kDraws;
+    twist += errors.nees_twist / kDraws;
+    const double clock = with.imu->time_offset_s - options.clock_s;
+    calibration += std::pow(clock / with.imu->time_offset_sigma_s, 2) / (4 * kDraws);
+    calibration +=
+        with.imu->mount_rad.cwiseQuotient(with.imu->mount_sigma_rad).squaredNorm() / (4 * kDraws);
+    const double white = options.accel_noise_mps2 / std::sqrt(200);
+    EXPECT_NEAR(std::log2(with.imu->accel_noise / white), 0, 0.8) << draw;
+    EXPECT_NEAR(std::log2(with.imu->gyro_noise / (0.01 / std::sqrt(200))), 0, 0.5) << draw;
+  }
+  EXPECT_GT(pose, 0.6);
+  EXPECT_LT(pose, 1.5);
+  EXPECT_GT(twist, 0.6);
+  EXPECT_LT(twist, 1.5);
+  EXPECT_LT(calibration, 3);
+}
+
+// Where no tag is seen it carries the state, far nearer than the motion prior does.
+TEST(ImuInBatch, CarriesTheStateThroughGaps) {
+  constexpr int kDraws = 3;
+  double nees_pose = 0, nees_twist = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    ImuFlightOptions options;
+    options.gap_period_s = 4;
+    options.gap_s = 1.5;
+    options.duration_s = 8;
+    options.seed = 1 + static_cast<uint64_t>(draw);
+    const ImuFlight flight = SimulateWithImu("agile", options);
+    const ImuOptions imu;
+    const Errors with = ErrorsOf(Solve(flight, &imu), flight, false);
+    EXPECT_GT(with.n, 60);
+    EXPECT_LT(with.largest_m, 0.04);
+    nees_pose += with.nees_pose / kDraws;
+    nees_twist += with.nees_twist / kDraws;
+    if (draw > 0) continue;
+    const Errors without = ErrorsOf(Solve(flight, nullptr), flight, false);
+    EXPECT_LT(with.position_m, 0.1 * without.position_m);
+  }
+  EXPECT_GT(nees_pose, 0.3);
+  EXPECT_LT(nees_pose, 2);
+  EXPECT_LT(nees_twist, 2);
+}
+
+// What is not so is told, and the estimate is that of the tags.
+TEST(ImuInBatch, IsLeftOutWhereItDoesNotFit) {
+  ImuFlightOptions options;
+  options.duration_s = 4;
+  const ImuFlight flight = SimulateWithImu("agile", options);
+  const Estimate plain = Solve(flight, nullptr);
+  const auto expect_left_out = [&](const ImuFlight& wrong, const char* why) {
+    const ImuOptions imu;
+    const Estimate out = Solve(wrong, &imu);
+    EXPECT_FALSE(out.imu);
+    EXPECT_THAT(out.warnings, ::testing::Contains(HasSubstr(why)));
+    ASSERT_EQ(out.frames.size(), plain.frames.size());
+    EXPECT_LT(Difference(out.frames[50].state, plain.frames[50].state).norm(), 1e-9);
+  };
+  ImuFlight wrong = flight;
+  for (ImuSample& sample : wrong.imu) {
+    const Eigen::Quaterniond turned = ExpSo3({0, 0, M_PI / 2});
+    sample.gyro_radps = turned * sample.gyro_radps;
+    sample.accel_mps2 = turned * sample.accel_mps2;
+  }
+  expect_left_out(wrong, "axes are not the body's");
+  wrong = flight;
+  for (ImuSample& sample : wrong.imu) sample.accel_mps2 /= 9.81;  // in g
+  expect_left_out(wrong, "gravity 9.81");
+  wrong = flight;
+  wrong.imu.resize(40);
+  expect_left_out(wrong, "covers");
+}
+
+// A clock that is far off is found first.
+TEST(ImuInBatch, SlowFindsAClockThatIsFarOff) {
+  ImuFlightOptions options;
+  options.clock_s = 0.12;
+  options.duration_s = 4;
+  const ImuFlight flight = SimulateWithImu("agile", options);
+  const ImuOptions imu;
+  const Estimate with = Solve(flight, &imu);
+  ASSERT_TRUE(with.imu);
+  EXPECT_NEAR(with.imu->time_offset_s, 0.12, 5e-4);
+}
+
+}  // namespace
+}  // namespace tagtwist::internal::imu_batch_test
