@@ -17,8 +17,9 @@ struct LinearEvidence {
 struct ParameterGroup {
   int first = 0, size = 0;
   double sigma = 0;  // of each; where the search starts, and its result: 0 where the data show none
-  bool is_given = false;  // known: the search leaves it as it is
-  double least = 0;       // the search does not go below it
+  bool is_given = false;   // known: the search leaves it as it is
+  double least = 0;        // the search does not go below it
+  bool comes_back = true;  // where others stay, as far as the data do not speak against it
 };
 
 /// What the data say of all parameters.
@@ -26,7 +27,7 @@ struct EvidenceFit {
   std::vector<ParameterGroup> groups;
   double noise_scale = 1;  // standard deviation of n
   Eigen::VectorXd mean;
-  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd root;     // parameters x k: of their covariance, root root'
   double log_evidence = 0;  // up to a constant of the data
 
   bool IsEmpty() const;  // no group is left

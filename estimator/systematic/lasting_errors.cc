@@ -48,7 +48,7 @@ bool LastingErrors::Learn(const NoiseModel& noise) {
   const SystematicBasis of_seen(setup_, TagsSeenMost(frames_));
   const SystematicErrors errors = LearnSystematicErrors(of_seen, noise, frames_);
   if (errors.None()) return std::exchange(root_, std::nullopt).has_value();
-  root_ = basis_.RowsOf(of_seen, errors.root);
+  root_ = basis_.RowsOf(of_seen, errors.root, errors.map ? &*errors.map : nullptr, errors.map_root);
   tag_sigma_m_ = errors.tag_sigma_m;
   unlearned_.clear();
   for (const Tag& tag : setup_.map.tags()) {

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "estimator/systematic/given_errors.h"
+#include "estimator/systematic/map_field.h"
 #include "frontend/base/statistics/robust.h"
 #include "frontend/base/take_shape.h"
 #include "frontend/types/so3.h"
@@ -13,9 +14,6 @@
 
 namespace tagtwist::internal {
 namespace {
-
-// Where a search for the variances starts: a lens, a map and corners as they often are.
-constexpr double kFieldPx = 0.1, kTagM = 1e-3, kBiasPx = 0.2, kMountRad = 1e-3, kMountM = 1e-3;
 
 using Corners = Eigen::Matrix<double, 2, 4>;
 
@@ -26,7 +24,6 @@ Eigen::Matrix<double, 8, 1> Outwards(const Corners& corners) {
 }
 
 constexpr size_t kMostTags = 128;
-constexpr int kTagParameters = 3;
 
 }  // namespace
 
@@ -44,7 +41,7 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames) {
 }
 
 SystematicBasis::SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags)
-    : setup_(setup) {
+    : setup_(setup), ids_(tags) {
   for (const Camera& camera : setup.Cameras()) fields_.emplace_back(camera.width, camera.height);
   for (int i = 0; i < setup.n_cameras(); ++i) {
     given_.push_back(RootOfGiven(setup_.CameraOf(i), setup.options));
@@ -65,6 +62,8 @@ int SystematicBasis::field_modes() const {
 }
 
 int SystematicBasis::tag_size() const { return kTagParameters * static_cast<int>(tags_.size()); }
+
+int SystematicBasis::tag_modes() const { return 3 * static_cast<int>(tags_.size()); }
 
 int SystematicBasis::mount_size() const { return 3 * (static_cast<int>(fields_.size()) - 1); }
 
@@ -88,114 +87,6 @@ bool SystematicBasis::AnyIsGiven() const {
   return o.lens_field_sigma_px || o.tag_sigma_m || o.corner_bias_sigma_px || CameraIsGiven();
 }
 
-std::vector<ParameterGroup> SystematicBasis::Groups() const {
-  const int field = field_modes(), tags = tag_size(), mounts = mount_size();
-  const auto group = [](int first, int size, const std::optional<double>& given, double start) {
-    return ParameterGroup{first, size, given.value_or(start), given.has_value()};
-  };
-  const EstimatorOptions& o = setup_.options;
-  const int after = field + tags + 2 * mounts;
-  std::vector<ParameterGroup> out = {group(0, field, o.lens_field_sigma_px, kFieldPx),
-                                     group(field, tags, o.tag_sigma_m, kTagM),
-                                     group(after, 1, o.corner_bias_sigma_px, kBiasPx),
-                                     {after + 1, given_size(), CameraIsGiven() ? 1.0 : 0.0, true}};
-  out[1].is_given = false;  // residuals may show more, never less, than what is given of the tags
-  out[1].least = o.tag_sigma_m.value_or(0);
-  if (mounts == 0) return out;
-  out.push_back(group(field + tags, mounts, std::nullopt, kMountRad));
-  out.push_back(group(field + tags + mounts, mounts, std::nullopt, kMountM));
-  return out;
-}
-
-// The u of a field's knots, and then their v; likewise its modes, and one camera's after another's.
-std::vector<SystematicBasis::FieldBlock> SystematicBasis::FieldBlocks() const {
-  std::vector<FieldBlock> out;
-  Eigen::Index knots = 0, modes = 0;
-  for (const ImageField& field : fields_) {
-    for (int axis = 0; axis < 2; ++axis) {
-      out.push_back({knots, modes, &field});
-      knots += field.knots();
-      modes += field.modes().cols();
-    }
-  }
-  return out;
-}
-
-Eigen::MatrixXd SystematicBasis::TimesGivenSigmas(const Eigen::MatrixXd& effects) const {
-  const EstimatorOptions& o = setup_.options;
-  const Eigen::Index knots = field_size(), modes = field_modes(), tags = tag_size();
-  const Eigen::Index others = effects.cols() - knots;
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(effects.rows(), modes + others);
-  const double field_px = o.lens_field_sigma_px.value_or(0);
-  for (const FieldBlock& block : FieldBlocks()) {
-    out.middleCols(block.mode, block.field->modes().cols()) =
-        field_px * effects.middleCols(block.knot, block.field->knots()) * block.field->modes();
-  }
-  out.middleCols(modes, tags) = o.tag_sigma_m.value_or(0) * effects.middleCols(knots, tags);
-  const Eigen::Index bias = tags + 2 * mount_size(), given = given_size();
-  out.col(modes + bias) = o.corner_bias_sigma_px.value_or(0) * effects.col(knots + bias);
-  out.rightCols(given) = effects.rightCols(given);
-  return out;
-}
-
-Eigen::MatrixXd SystematicBasis::FromModes(const Eigen::MatrixXd& of_modes) const {
-  const Eigen::Index others = of_modes.rows() - field_modes();
-  Eigen::MatrixXd out(field_size() + others, of_modes.cols());
-  for (const FieldBlock& block : FieldBlocks()) {
-    out.middleRows(block.knot, block.field->knots()) =
-        block.field->modes() * of_modes.middleRows(block.mode, block.field->modes().cols());
-  }
-  out.bottomRows(others) = of_modes.bottomRows(others);
-  return out;
-}
-
-Eigen::MatrixXd SystematicBasis::ToModes(const Eigen::MatrixXd& of_knots) const {
-  const auto transposed = [&](const Eigen::MatrixXd& rows) {
-    const Eigen::Index others = rows.rows() - field_size();
-    Eigen::MatrixXd out(field_modes() + others, rows.cols());
-    for (const FieldBlock& block : FieldBlocks()) {
-      out.middleRows(block.mode, block.field->modes().cols()) =
-          block.field->modes().transpose() * rows.middleRows(block.knot, block.field->knots());
-    }
-    out.bottomRows(others) = rows.bottomRows(others);
-    return out;
-  };
-  return transposed(transposed(of_knots).transpose());
-}
-
-LinearEvidence SystematicBasis::ToModes(const LinearEvidence& of_knots) const {
-  LinearEvidence out = of_knots;
-  const Eigen::Index others = of_knots.gradient.size() - field_size();
-  out.gradient.resize(field_modes() + others);
-  for (const FieldBlock& block : FieldBlocks()) {
-    out.gradient.segment(block.mode, block.field->modes().cols()) =
-        block.field->modes().transpose() *
-        of_knots.gradient.segment(block.knot, block.field->knots());
-  }
-  out.gradient.tail(others) = of_knots.gradient.tail(others);
-  out.information = ToModes(of_knots.information);
-  return out;
-}
-
-std::optional<int> SystematicBasis::FirstOfTag(int id) const {
-  const auto at = tags_.find(id);
-  if (at == tags_.end()) return std::nullopt;
-  return field_size() + kTagParameters * at->second;
-}
-
-Eigen::MatrixXd SystematicBasis::RowsOf(const SystematicBasis& other,
-                                        const Eigen::MatrixXd& rows) const {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size(), rows.cols());
-  out.topRows(field_size()) = rows.topRows(field_size());
-  for (const auto& [id, place] : other.tags_) {
-    out.middleRows<kTagParameters>(*FirstOfTag(id)) =
-        rows.middleRows<kTagParameters>(other.field_size() + kTagParameters * place);
-  }
-  const int after = size() - field_size() - tag_size();
-  out.bottomRows(after) = rows.bottomRows(after);
-  return out;
-}
-
 // A mount turned and moved in the body is as if the body were turned and moved the other way; one
 // in W as if the body were turned and moved likewise there, where a turn about W's origin moves it.
 Eigen::Matrix<double, 8, 6> SystematicBasis::ByMount(
@@ -210,6 +101,26 @@ Eigen::Matrix<double, 8, 6> SystematicBasis::ByMount(
         by_pose.rightCols<3>();
   }
   return out;
+}
+
+void SystematicBasis::AddTag(int id, const Pose& world_from_body,
+                             const Eigen::Matrix<double, 8, 6>& by_pose, Columns* columns) const {
+  const auto first = FirstOfTag(id);
+  if (!first) return;
+  // A tag further along in W is seen as if the body stood as much further back; a tag of the
+  // body's further along in B as if all of it had gone there.
+  Eigen::Matrix<double, 8, 3> by_place = -by_pose.rightCols<3>();
+  if (setup_.mounted_on == MountedOn::kWorld) {
+    by_place *= -world_from_body.rotation().toRotationMatrix();
+  }
+  const Eigen::Matrix<double, 12, 2> by_slopes = CornersBySlopes(*setup_.map.Find(id));
+  for (int a = 0; a < 3; ++a) (*columns)[*first + a] = by_place.col(a);
+  for (int a = 0; a < 2; ++a) {
+    Eigen::Matrix<double, 8, 1>& column = (*columns)[*first + 3 + a];
+    for (int c = 0; c < 4; ++c) {
+      column.segment<2>(2 * c) = by_place.middleRows<2>(2 * c) * by_slopes.block<3, 1>(3 * c, a);
+    }
+  }
 }
 
 void SystematicBasis::AddMount(int camera, const Eigen::Matrix<double, 8, 6>& by_mount,
@@ -262,17 +173,7 @@ bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_
       add(knot + u.field->knots(), 2 * c + 1, place.shares[k]);
     }
   }
-  if (const auto first = FirstOfTag(tag.id)) {
-    // A tag further along in W is seen as if the body stood as much further back; a tag of the
-    // body's further along in B as if all of it had gone there.
-    Eigen::Matrix<double, 8, 3> by_place = -out->by_pose.rightCols<3>();
-    if (seen_by.mounted_on == MountedOn::kWorld) {
-      by_place *= -world_from_body.rotation().toRotationMatrix();
-    }
-    for (int a = 0; a < kTagParameters; ++a) {
-      columns[*first + a] = by_place.col(a);
-    }
-  }
+  AddTag(tag.id, world_from_body, out->by_pose, &columns);
   const Eigen::Matrix<double, 8, 6> by_mount = ByMount(world_from_body, out->by_pose);
   AddMount(tag.camera, by_mount, &columns);
   columns[size() - given_size() - 1] = Outwards(corners);

@@ -8,6 +8,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/systematic/evidence.h"
 #include "estimator/systematic/image_field.h"
+#include "estimator/systematic/map_field.h"
 
 namespace tagtwist::internal {
 
@@ -18,7 +19,9 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames);
 /// What errors of a set-up that last from frame to frame do to a tag's corners, to first order:
 /// parameters side by side in groups.
 ///   - a smooth field over each camera's image [px], u and v: what the lens model leaves;
-///   - three a tag [m]: its position in W;
+///   - five a tag: its position in W [m], and what its paper is turned by, slopes along its x and
+///   y,
+///     which count only where a field over the map (MapField) says them;
 ///   - three a camera after the first [rad], and three [m]: what its mount is off, in the body;
 ///   - one shift of all corners away from the centre of their tag, along the diagonals [px];
 ///   - what is given of each camera's lens and mount, by columns of a root of its covariance: of
@@ -30,20 +33,27 @@ class SystematicBasis {
 
   /// Parameters as the data are summed up: the field by its knots.
   int size() const;
-  /// The same by the field's modes: groups with one prior each. x = FromModes(z).
-  std::vector<ParameterGroup> Groups() const;
-  LinearEvidence ToModes(const LinearEvidence& of_knots) const;
-  Eigen::MatrixXd ToModes(const Eigen::MatrixXd& of_knots) const;    // F'F
-  Eigen::MatrixXd FromModes(const Eigen::MatrixXd& of_modes) const;  // columns
+  /// The same by modes with one prior each, x = FromModes(z): the fields', the tags' places without
+  /// their slopes, the rest, and last, where it is asked for, those of a field over the map.
+  int modes() const;
+  std::vector<ParameterGroup> Groups() const;  // without the map's field
+  LinearEvidence ToModes(const LinearEvidence& of_knots, const MapField* map) const;
+  Eigen::MatrixXd ToModes(const Eigen::MatrixXd& rows, const MapField* map) const;  // effects' rows
+  Eigen::MatrixXd BothToModes(const Eigen::MatrixXd& of_knots, const MapField* map) const;  // F'F
+  Eigen::MatrixXd FromModes(const Eigen::MatrixXd& of_modes, const MapField* map) const;  // columns
   /// Rows, effects of the parameters, times a square root of what is given of their covariance:
   /// what is not given is none.
   Eigen::MatrixXd TimesGivenSigmas(const Eigen::MatrixXd& effects) const;
 
-  /// The first of the parameters of a tag's position; nullopt: it has none.
+  /// The first of the parameters of a tag; nullopt: it has none.
   std::optional<int> FirstOfTag(int id) const;
+  static constexpr int kTagParameters = 5;
+  std::vector<Eigen::Vector3d> TagPlaces() const;  // of the tags that have some [m]
   /// Rows of another basis of the same set-up, for whose tags this one has parameters, too, at this
-  /// one's places; the other rows are zero.
-  Eigen::MatrixXd RowsOf(const SystematicBasis& other, const Eigen::MatrixXd& rows) const;
+  /// one's places. Those of other tags are what `map`, of whose modes `of_map` are the rows, says
+  /// of them; the rest is zero.
+  Eigen::MatrixXd RowsOf(const SystematicBasis& other, const Eigen::MatrixXd& rows,
+                         const MapField* map, const Eigen::MatrixXd& of_map) const;
 
   /// A tag of one frame, whitened: the residual (predicted less seen), its derivatives by the pose
   /// (world_from_body's tangent), and what a unit of the parameters at `columns` adds to the seen
@@ -68,9 +78,11 @@ class SystematicBasis {
     const ImageField* field;
   };
   std::vector<FieldBlock> FieldBlocks() const;
+  const Tag& TagAt(int place) const;
   int field_size() const;      // columns of all fields' knots,
   int field_modes() const;     // of their modes,
   int tag_size() const;        // of all tags,
+  int tag_modes() const;       // of their places alone,
   int mount_size() const;      // of the mounts' rotations, and of their places
   int given_size() const;      // of all cameras' lenses and mounts, the last ones,
   bool CameraIsGiven() const;  // of which anything is given
@@ -78,6 +90,8 @@ class SystematicBasis {
   // camera stands) add to the seen corners.
   Eigen::Matrix<double, 8, 6> ByMount(const Pose& world_from_body,
                                       const Eigen::Matrix<double, 8, 6>& by_pose) const;
+  void AddTag(int id, const Pose& world_from_body, const Eigen::Matrix<double, 8, 6>& by_pose,
+              Columns* columns) const;
   void AddMount(int camera, const Eigen::Matrix<double, 8, 6>& by_mount, Columns* columns) const;
   void AddGiven(const Pose& world_from_body, const TagDetection& tag,
                 const Eigen::Matrix<double, 8, 6>& by_mount, Columns* columns) const;
@@ -86,6 +100,7 @@ class SystematicBasis {
   std::vector<ImageField> fields_;      // of each camera
   std::vector<Eigen::MatrixXd> given_;  // of each camera: RootOfGiven
   std::unordered_map<int, int> tags_;   // id to its place
+  std::vector<int> ids_;
 };
 
 }  // namespace tagtwist::internal

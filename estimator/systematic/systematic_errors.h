@@ -1,11 +1,13 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "estimator/graph/graph.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/trajectory.h"
 #include "estimator/result/systematic_share.h"
+#include "estimator/systematic/map_field.h"
 #include "estimator/systematic/systematic_basis.h"
 
 namespace tagtwist::internal {
@@ -16,10 +18,13 @@ struct SystematicErrors {
   double field_sigma_px = 0;  // of each coordinate anywhere in the image; 0: none was seen
   double tag_sigma_m = 0;     // of each coordinate of a tag's position
   double bias_sigma_px = 0;   // of corners along their tags' diagonals
+  double map_sigma_m = 0;     // of each coordinate of a tag's position, shared by its neighbours
   double mount_sigma_rad = 0, mount_sigma_m = 0;  // of the cameras after a rig's first
   double noise_scale = 1;                         // what is left of the corners' noise, as a factor
   /// Parameters of the basis x k: E[x x'] = root root', but for what hardly moves a state.
   Eigen::MatrixXd root;
+  std::optional<MapField> map;  // where neighbouring tags share some, and
+  Eigen::MatrixXd map_root;     // the same columns of its modes (OfTag)
 
   bool None() const { return root.cols() == 0; }
 };

@@ -59,8 +59,8 @@ SystematicShare AddSystematicErrors(const SystematicBasis& basis, const Systemat
                                     const NoiseModel& noise, const Graph& graph,
                                     const std::vector<GraphFrame>& frames, Trajectory* trajectory,
                                     std::vector<StateCovariance>* covariances) {
-  SystematicShare out{errors.field_sigma_px, errors.tag_sigma_m, errors.bias_sigma_px,
-                      errors.mount_sigma_rad, errors.mount_sigma_m};
+  SystematicShare out{errors.field_sigma_px, std::hypot(errors.tag_sigma_m, errors.map_sigma_m),
+                      errors.bias_sigma_px, errors.mount_sigma_rad, errors.mount_sigma_m};
   if (errors.None()) return out;
   const BlockBandedCholesky cholesky(Linearize(graph).hessian);
   if (!cholesky.ok()) return out;

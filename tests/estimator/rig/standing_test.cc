@@ -129,7 +129,7 @@ TEST(Standing, ErrorsOfTagsAndMountsDoWhatTheBasisSays) {
     return Eigen::Matrix<double, 8, 1>::Zero();
   };
   // After the tags come the turns and the places of two mounts.
-  const int mounts = *basis.FirstOfTag(ids.back()) + 3;
+  const int mounts = *basis.FirstOfTag(ids.back()) + SystematicBasis::kTagParameters;
   std::vector<Change> changes;
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
