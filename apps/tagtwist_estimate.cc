@@ -19,6 +19,7 @@
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
 #include "estimator/calibration/gyro_alignment.h"
+#include "estimator/imu/imu_solve.h"
 #include "estimator/jobs/calibrate_recording.h"
 #include "estimator/jobs/map_recording.h"
 #include "estimator/jobs/overlay/overlay_recording.h"
@@ -240,6 +241,7 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   context.facts.wall_s = 1e-3 * watch.ElapsedMs();
   context.facts.peak_rss_mib = PeakRssMib();
   if (const auto written = WriteResultsOf(job, estimate, context); !written) return written;
+  if (estimate.imu) Messages(job) << TextOf(*estimate.imu) << "\n";
   *worst = TellResults(job, estimate, context, &Messages(job));
   if (!job.overlay.empty()) {
     if (const auto drawn = WriteOverlayOf(job, config, estimate); !drawn) return drawn;

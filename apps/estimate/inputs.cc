@@ -87,6 +87,15 @@ std::string MapLine(const Config& config) {
          (config.origins.map_is_assumed ? " (neither --map nor --config names another)" : "");
 }
 
+std::string ImuLine(const ImuOptions& options, const std::vector<ImuSample>& samples) {
+  if (samples.size() < 2) return "imu        none";
+  const double span_s = ToSeconds(samples.back().t_ns - samples.front().t_ns);
+  return Format("imu        %zu samples, %.4g Hz; noise %.2g rad/s and %.2g m/s^2 per root Hz%s",
+                samples.size(), static_cast<double>(samples.size() - 1) / span_s,
+                options.gyroscope_noise_density, options.accelerometer_noise_density,
+                options.learn_noise ? ", or as learned" : "");
+}
+
 // What is given of the lens and the mount of the first camera.
 std::string LensAndMountText(const Config& config) {
   const RigCamera& camera = config.set_up.rig.front();
@@ -168,6 +177,7 @@ Result<Inputs> TakeInputs(const EstimateJob& job, const Config& config, const Da
   out.lines.push_back(MapLine(config));
   out.lines.push_back(ErrorsLine(job, config));
   out.lines.push_back(TruthLine(origin, out.truth, source.stamps_ns()));
+  if (job.run.use_imu) out.lines.push_back(ImuLine(config.imu, source.imu()));
   return out;
 }
 

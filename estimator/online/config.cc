@@ -7,6 +7,7 @@
 
 #include "estimator/online/bodies_section.h"
 #include "estimator/online/camera_sections.h"
+#include "estimator/online/imu_section.h"
 #include "estimator/online/map_section.h"
 #include "frontend/base/format_text.h"
 #include "frontend/io/setup/yaml_reader.h"
@@ -246,7 +247,9 @@ Result<Config> LoadConfig(const ConfigFiles& files) {
   ReadOptions("klt", &sections, &config.front_end.klt);
   ReadOptions("closed_form", &sections, &config.front_end.closed_form);
   ReadOptions("estimator", &sections, &config.estimator);
-  ReadOptions("imu", &sections, &config.imu);
+  if (const YamlValue* imu = sections.Find("imu"); imu != nullptr) {
+    sections.Keep(ReadImu(*imu, files.limits, &config.imu));
+  }
   // What the section `estimator` says goes before what the map's own file does.
   if (!config.estimator.tag_sigma_m) config.estimator.tag_sigma_m = tag_sigma_m;
   ReadOptions("calibration", &sections, &config.calibration);

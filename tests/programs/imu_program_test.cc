@@ -38,6 +38,38 @@ TEST_F(ImuProgram, IsInTheEstimateWhereAsked) {
   EXPECT_EQ(with["frames"], with["frames_estimated"]);
 }
 
+// Kalibr's imu.yaml and EuRoC's sensor.yaml, by the section's key file.
+TEST_F(ImuProgram, TakesTheFilesOfOthers) {
+  Simulate("flight", {"--images=false", "--duration", "3", "--rate", "30"});
+  const std::string densities =
+      "gyroscope_noise_density: 0.000707\naccelerometer_noise_density: 0.00707\n"
+      "gyroscope_random_walk: 1e-5\naccelerometer_random_walk: 1e-4\nupdate_rate: 200.0\n";
+  const std::string identity = "data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]";
+  WriteText(folder_ / "imu.yaml", "rostopic: /imu\n" + densities);
+  WriteText(folder_ / "sensor.yaml",
+            "sensor_type: imu\nT_BS:\n  cols: 4\n  rows: 4\n  " + identity + "\n" + densities);
+  WriteText(
+      folder_ / "turned.yaml",
+      densities + "T_i_b:\n- [0, 1, 0, 0]\n- [-1, 0, 0, 0]\n- [0, 0, 1, 0]\n- [0, 0, 0, 1]\n");
+  WriteText(folder_ / "camera.yaml", "cam0: {resolution: [752, 480]}\n");
+  const auto configured = [&](const std::string& section) {
+    WriteText(folder_ / "config.yaml", "imu: {" + section + "}\n");
+    return Arguments{"--dataset",   "flight", "--use_detections", "--tracks=false", "--config",
+                     "config.yaml", "--imu"};
+  };
+  for (const char* file : {"imu.yaml", "sensor.yaml"}) {
+    const auto summary =
+        Estimate("out", configured("file: " + std::string(file) + ", learn_noise: false"));
+    EXPECT_DOUBLE_EQ(summary["imu"]["gyroscope_noise_density"].get<double>(), 0.000707) << file;
+  }
+  const auto own = Estimate(
+      "own", configured("file: imu.yaml, learn_noise: false, gyroscope_noise_density: 0.001"));
+  EXPECT_DOUBLE_EQ(own["imu"]["gyroscope_noise_density"].get<double>(), 0.001);
+  ExpectRefused(configured("file: turned.yaml"), 1, "T_i_b: expected the identity");
+  ExpectRefused(configured("file: camera.yaml"), 1, "camera.yaml: expected an IMU's");
+  ExpectRefused(configured("file: none.yaml"), 1, "none.yaml");
+}
+
 TEST_F(ImuProgram, RefusesWhatItCannotTake) {
   Simulate("bare", {"--images=false", "--duration", "2", "--imu_rate", "0"});
   const Arguments batch = {"--dataset", "bare", "--use_detections", "--tracks=false", "--imu"};
