@@ -58,7 +58,7 @@ class ImuSolver {
     input_.frames = std::move(frames);
   }
 
-  Status Start() {
+  Status Start(const ImuModel* known) {
     std::vector<GraphFrame> seen;
     for (const GraphFrame& frame : input_.frames) {
       if (!frame.tags.empty()) seen.push_back(frame);
@@ -67,6 +67,10 @@ class ImuSolver {
     if (!start) return start.error();
     model_.calibration = reference_ = start->calibration;
     PutStart(imu_, *start, &input_.frames);
+    if (known != nullptr) {
+      model_.calibration = known->calibration;
+      model_.scale = known->scale;
+    }
     return Ok();
   }
 
@@ -84,9 +88,9 @@ class ImuSolver {
   }
 
   // Each density by the likelihood, in ever finer steps.
-  Status LearnNoise() {
+  Status LearnNoise(const std::vector<double>& factors) {
     double here = solution_.log_likelihood;
-    for (const double factor : {2.0, 1.41, 1.19}) {
+    for (const double factor : factors) {
       for (double ImuNoiseScale::*part : {&ImuNoiseScale::gyro, &ImuNoiseScale::accel}) {
         if (const Status climbed = Climb(part, factor, &here); !climbed) return climbed;
       }
@@ -173,13 +177,17 @@ class ImuSolver {
 }  // namespace
 
 Result<ImuSolution> SolveWithImu(const EstimatorSetup& setup, const NoiseModel& noise,
-                                 const ImuRecord& imu, std::vector<GraphFrame> frames) {
+                                 const ImuRecord& imu, std::vector<GraphFrame> frames,
+                                 const ImuModel* known) {
   constexpr int kFirstRounds = 5, kLastRounds = 3;
   ImuSolver solver(setup, noise, imu, std::move(frames));
-  if (const Status started = solver.Start(); !started) return started.error();
+  if (const Status started = solver.Start(known); !started) return started.error();
   if (const Status solved = solver.Solve(kFirstRounds); !solved) return solved.error();
-  for (int round = 0; imu.options.learn_noise && round < 2; ++round) {
-    if (const Status learned = solver.LearnNoise(); !learned) return learned.error();
+  std::vector<std::vector<double>> rounds = {{2.0, 1.41, 1.19}, {1.41, 1.19}};
+  if (known != nullptr) rounds.erase(rounds.begin());
+  if (!imu.options.learn_noise) rounds.clear();
+  for (const std::vector<double>& factors : rounds) {
+    if (const Status learned = solver.LearnNoise(factors); !learned) return learned.error();
     if (const Status solved = solver.Solve(kLastRounds); !solved) return solved.error();
   }
   return std::move(solver).Finish();

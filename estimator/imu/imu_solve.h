@@ -28,9 +28,11 @@ struct ImuSolution {
 /// gravity's direction, the IMU's clock and its axes are found with them (Gauss-Newton, the states
 /// eliminated); its noise where that is to be learned, by the likelihood. Frames without tags start
 /// where the IMU carries the state before them to. Tags as in the frames; `noise` gives their
-/// corners' noise. Tracks are not used.
+/// corners' noise. Tracks are not used. `known`: what was found before, of nearly the same frames,
+/// to start from.
 Result<ImuSolution> SolveWithImu(const EstimatorSetup& setup, const NoiseModel& noise,
-                                 const ImuRecord& imu, std::vector<GraphFrame> frames);
+                                 const ImuRecord& imu, std::vector<GraphFrame> frames,
+                                 const ImuModel* known = nullptr);
 
 /// Adds the second moment of those errors.
 void AddSharedErrors(const std::vector<Eigen::VectorXd>& errors, Trajectory* trajectory,

@@ -9,7 +9,7 @@
 #include "estimator/jobs/stamp_error.h"
 #include "estimator/live/frame_deadline.h"
 #include "estimator/live/stopwatch.h"
-#include "estimator/online/imu_feed.h"
+#include "estimator/online/imu/imu_feed.h"
 #include "estimator/online/online_estimator.h"
 #include "estimator/result/body_in_world.h"
 #include "frontend/base/spans.h"

@@ -9,7 +9,7 @@
 #include "estimator/jobs/recording_walk.h"
 #include "estimator/jobs/stamp_error.h"
 #include "estimator/live/stopwatch.h"
-#include "estimator/online/imu_feed.h"
+#include "estimator/online/imu/imu_feed.h"
 #include "estimator/result/body_in_world.h"
 #include "frontend/base/spans.h"
 

@@ -7,7 +7,7 @@
 
 #include "estimator/online/bodies_section.h"
 #include "estimator/online/camera_sections.h"
-#include "estimator/online/imu_section.h"
+#include "estimator/online/imu/imu_section.h"
 #include "estimator/online/map_section.h"
 #include "frontend/base/format_text.h"
 #include "frontend/io/setup/yaml_reader.h"

@@ -45,7 +45,8 @@ Result<ImuStage> SolveStage(const EstimatorSetup& setup, const NoiseModel& noise
   out.solved = std::move(*solved);
   std::vector<GraphFrame> revised = out.solved.input.frames;
   if (ReviseTags(setup, noise, out.solved.solution.graph, seen, /*readmit=*/true, &revised)) {
-    solved = SolveWithImu(setup, noise, imu, std::move(revised));
+    const ImuModel found = out.solved.model;
+    solved = SolveWithImu(setup, noise, imu, std::move(revised), &found);
     if (!solved) return solved.error();
     out.solved = std::move(*solved);
   }

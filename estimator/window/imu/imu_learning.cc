@@ -53,7 +53,8 @@ std::optional<ImuSolution> ImuLearning::Add(const EstimatorSetup& setup, const N
   if (duration_s < next_s_) return std::nullopt;
   next_s_ *= 2;
   ThinOut();
-  auto solved = SolveWithImu(setup, noise, imu_, kept_);
+  auto solved = SolveWithImu(setup, noise, imu_, kept_, model_ ? &*model_ : nullptr);
+  if (solved) model_ = solved->model;
   const bool is_known = solved && IsKnown(solved->found);
   refusal_ = solved ? "the motion did not tell its clock and gravity" : solved.error().message;
   if ((is_known && duration_s >= kLeastS) || duration_s >= kMostS) {

@@ -36,6 +36,7 @@ class ImuLearning {
 
   ImuRecord imu_;
   std::vector<GraphFrame> kept_;
+  std::optional<ImuModel> model_;  // of the last solution
   int64_t kept_spacing_ns_ = 80'000'000;
   double next_s_ = 4;  // after the first of them
   bool goes_on_ = true;

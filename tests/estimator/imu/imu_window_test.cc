@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/online/imu_feed.h"
+#include "estimator/online/imu/imu_feed.h"
 #include "estimator/window/sliding_window.h"
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/imu_flight.h"

@@ -1,4 +1,4 @@
-#include "estimator/online/imu_section.h"
+#include "estimator/online/imu/imu_section.h"
 
 #include <cmath>
 #include <vector>

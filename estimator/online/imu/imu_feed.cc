@@ -1,4 +1,4 @@
-#include "estimator/online/imu_feed.h"
+#include "estimator/online/imu/imu_feed.h"
 
 #include <cmath>
 
