@@ -88,13 +88,14 @@ PythonSource OpenFrames(const py::object& frames, const Config& config, bool rea
 }
 
 EstimateArrays RunIt(Config config, const py::object& frames, bool sliding_window,
-                     bool use_detections, bool tracks, const std::string& detection,
+                     bool use_detections, bool imu, bool tracks, const std::string& detection,
                      std::optional<int64_t> max_frames, std::optional<double> duration_s,
                      int threads) {
   RunOptions run;
   run.progress = false;
   run.sliding_window = sliding_window;
   run.use_detections = use_detections;
+  run.use_imu = imu;
   if (max_frames && *max_frames < 1) throw Refusal("max_frames: expected >= 1");
   if (duration_s && !(*duration_s > 0 && *duration_s <= 1e9)) {
     throw Refusal("duration_s: expected > 0, at most 1e9");
@@ -123,6 +124,8 @@ frames          path of a recording (video, course .mat, EuRoC/ASL folder, folde
                 integers in nanoseconds and grow, images as Detector.detect takes them
 sliding_window  online, state by state, instead of one batch; the result has `lagged`
 use_detections  corners come from the recording's own detections, not from its images
+imu             the recording's IMU is in the estimate, too, as the configuration's section
+                `imu` says
 tracks          points followed through the images help where tags are few
 detection       "auto", "full" (each image is searched) or "guided" (sliding_window)
 max_frames, duration_s  where to end
@@ -153,7 +156,7 @@ void BindEstimate(py::module_& module) {
       });
   module.def("estimate", &RunIt, kEstimateDoc, py::arg("config"), py::arg("frames"), py::kw_only(),
              py::arg("sliding_window") = false, py::arg("use_detections") = false,
-             py::arg("tracks") = true, py::arg("detection") = "auto",
+             py::arg("imu") = false, py::arg("tracks") = true, py::arg("detection") = "auto",
              py::arg("max_frames") = py::none(), py::arg("duration_s") = py::none(),
              py::arg("threads") = 0);
 }

@@ -73,7 +73,7 @@ TEST_F(ImuProgram, TakesTheFilesOfOthers) {
 TEST_F(ImuProgram, RefusesWhatItCannotTake) {
   Simulate("bare", {"--images=false", "--duration", "2", "--imu_rate", "0"});
   const Arguments batch = {"--dataset", "bare", "--use_detections", "--tracks=false", "--imu"};
-  ExpectRefused(batch, 1, "bare: has no IMU, and --imu asks for one");
+  ExpectRefused(batch, 1, "bare: has no IMU, and one is asked for");
   WriteText(folder_ / "wrong.yaml", "imu: {gyroscope_noise_density: 0}\n");
   Arguments wrong = batch;
   wrong.insert(wrong.end(), {"--config", "wrong.yaml"});

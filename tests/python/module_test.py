@@ -154,6 +154,14 @@ class EstimateLikeTheProgram(FlightTest):
                                    tracks=False)
         self.assert_states(result, folder)
 
+    def test_the_imu_of_a_recording(self):
+        folder = flight.estimate("imu", "--use_detections", "--notracks", "--imu")
+        result = tagtwist.estimate(self.config, flight.path, use_detections=True, tracks=False, imu=True)
+        self.assert_states(result, folder)
+        frames = tagtwist.Recording(flight.path, use_detections=True)
+        with self.assertRaisesRegex(tagtwist.Error, "has no IMU"):
+            tagtwist.estimate(self.config, ((t, tags) for t, tags in frames), imu=True)
+
     def test_covariances_of_corners_count(self):
         frames = list(tagtwist.Recording(flight.path, use_detections=True))
         unequal = [(t_ns, [tagtwist.Detection(tag.id, tag.corners,

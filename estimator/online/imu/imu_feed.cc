@@ -5,7 +5,7 @@
 namespace tagtwist::internal {
 
 Status CheckImu(const std::string& dataset, const DataSource& source, const Config& config) {
-  if (source.imu().empty()) return Error{dataset + ": has no IMU, and --imu asks for one"};
+  if (source.imu().empty()) return Error{dataset + ": has no IMU, and one is asked for"};
   if (config.set_up.rig.mounted_on != MountedOn::kBody) {
     return Error{dataset + ": its cameras stand, and --imu is of a body that carries them"};
   }
