@@ -17,6 +17,20 @@ bool IsKnown(const ImuResult& found) {
 
 }  // namespace
 
+void ImuLearning::Add(const ImuSample& sample) {
+  imu_.samples.push_back(sample);
+  constexpr int64_t kWaitNs = 2'000'000'000;
+  if (kept_.empty()) DropBefore(sample.t_ns - kWaitNs);
+}
+
+// Once they are worth moving the others.
+void ImuLearning::DropBefore(int64_t t_ns) {
+  constexpr std::ptrdiff_t kWorthIt = 1000;
+  const auto old = std::find_if(imu_.samples.begin(), imu_.samples.end(),
+                                [&](const ImuSample& sample) { return sample.t_ns >= t_ns; });
+  if (old - imu_.samples.begin() > kWorthIt) imu_.samples.erase(imu_.samples.begin(), old);
+}
+
 // Frames by tags, not too near to one another, and always the newest one.
 void ImuLearning::Keep(const FrameMeasurements& measurement, const WindowOutput& out) {
   if (out.current.status != FrameStatus::kOk) return;

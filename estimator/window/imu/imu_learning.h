@@ -22,7 +22,7 @@ class ImuLearning {
   bool goes_on() const { return goes_on_; }
   /// Those until then.
   const std::vector<ImuSample>& samples() const { return imu_.samples; }
-  void Add(const ImuSample& sample) { imu_.samples.push_back(sample); }
+  void Add(const ImuSample& sample);
   /// What the window says of a frame. A solution whose newest state is the frame's, where it is
   /// time for one and it is known well enough.
   std::optional<ImuSolution> Add(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -33,6 +33,7 @@ class ImuLearning {
  private:
   void Keep(const FrameMeasurements& measurement, const WindowOutput& out);
   void ThinOut();
+  void DropBefore(int64_t t_ns);
 
   ImuRecord imu_;
   std::vector<GraphFrame> kept_;

@@ -247,8 +247,9 @@ void WindowImu::TakeInto(FrameEstimate* frame) const {
 }
 
 void WindowImu::DropOldSamples() {
-  if (frames_.empty()) return;
-  const int64_t keep_ns = frames_.front().t_ns - 200'000'000;
+  if (in_body_.empty()) return;
+  const int64_t needed_ns = frames_.empty() ? in_body_.back().t_ns : frames_.front().t_ns;
+  const int64_t keep_ns = needed_ns - 200'000'000;
   const auto old = std::find_if(in_body_.begin(), in_body_.end(),
                                 [&](const ImuSample& sample) { return sample.t_ns >= keep_ns; });
   constexpr std::ptrdiff_t kWorthIt = 200;
