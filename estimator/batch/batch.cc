@@ -195,7 +195,7 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
       SolveWithTrustedTags(measurements, state_of_frame, gaps, &input, &out.noise, &open);
   if (!solution) return solution.error();
 
-  stages.Next("imu");
+  if (imu_) stages.Next("imu");
   const std::vector<Eigen::VectorXd> of_imu = TakeImu(
       setup_, imu_, measurements, *starts, {&state_of_frame, &open, &input, &*solution}, &out);
   stages.Next("covariance");

@@ -137,10 +137,9 @@ void FixedLagSmoother::LeaveAll(WindowOutput* out) {
 // as nobody knew what is usual.
 void FixedLagSmoother::LeaveWrongStamps(WindowOutput* out) {
   constexpr size_t kUnjudged = 8;
+  if (seen_.size() > kUnjudged) return;
   const size_t before = out->lagged.size();
-  const bool any_judged = seen_.size() > kUnjudged;
   LeaveAll(out);
-  if (any_judged) return;
   for (size_t i = before; i < out->lagged.size(); ++i) {
     if (out->lagged[i].status != FrameStatus::kNoFix) ForgetTwist(&out->lagged[i]);
   }
