@@ -95,6 +95,11 @@ MotionScale MeasuredMotion(const std::vector<ImuSample>& samples, const GraphFra
   return {kTimes * (linear * dt_s / 3 + noise.accel * noise.accel), kTimes * angular};
 }
 
+MotionScale Elsewhere(const MotionScale& scale, double dt_s) {
+  const double share = std::clamp(dt_s / kElsewhereS, 0.01, 1.0);
+  return {share * scale.linear, share * scale.angular};
+}
+
 Factor MotionOfImu(const Preintegration& motion, const ImuCalibration& calibration,
                    const ImuOptions& options) {
   Factor out;
@@ -186,8 +191,8 @@ bool SetImuFactors(const std::vector<ImuSample>& samples, const ImuOptions& opti
                    const ImuModel& model, const GraphFrame* before, GraphFrame* frame) {
   const ImuNoise noise = NoiseOf(options, model.scale);
   frame->others.clear();
-  frame->motion = model.elsewhere;
   const int64_t interval_ns = before == nullptr ? 0 : frame->t_ns - before->t_ns;
+  frame->motion = Elsewhere(model.elsewhere, ToSeconds(interval_ns));
   if (auto rate = RateOfGyro(samples, frame->t_ns, interval_ns, noise.gyro)) {
     frame->others.push_back(std::move(*rate));
   }

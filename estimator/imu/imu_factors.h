@@ -31,8 +31,9 @@ struct ImuModel {
   ImuNoiseScale scale;
   ImuNoiseScale of_motion;  // that the motion's densities are told from: not moved while the other
                             // is learned, for these would follow it
-  MotionScale elsewhere;
+  MotionScale elsewhere;    // over kElsewhereS; over less, accelerations last, and it is less
 };
+inline constexpr double kElsewhereS = 0.25;
 
 /// The samples as the body's, by the clock of the frames.
 std::vector<ImuSample> InBody(const std::vector<ImuSample>& samples,

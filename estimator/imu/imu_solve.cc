@@ -20,14 +20,22 @@ constexpr int kStateSize = BlockBandedMatrix::kSize;
 
 // What the tags alone said of the motion, as densities on acceleration: for where there is no IMU.
 MotionScale MotionWithoutImu(const std::vector<GraphFrame>& frames) {
-  MotionScale out;
-  for (size_t k = 1; k < frames.size(); ++k) {
-    const double dt_s = ToSeconds(frames[k].t_ns - frames[k - 1].t_ns);
-    const Twist &a = frames[k - 1].state.twist, &b = frames[k].state.twist;
-    out.linear = std::max(out.linear, (b.v_world - a.v_world).squaredNorm() / dt_s);
-    out.angular = std::max(out.angular, (b.omega_body - a.omega_body).squaredNorm() / dt_s);
+  constexpr double kLeast = 1e-6;
+  double linear = 0, angular = 0;
+  int n = 0;
+  size_t later = 0;
+  for (const GraphFrame& frame : frames) {
+    while (later < frames.size() && ToSeconds(frames[later].t_ns - frame.t_ns) < kElsewhereS)
+      ++later;
+    if (later == frames.size()) break;
+    const double three_s = 3 * ToSeconds(frames[later].t_ns - frame.t_ns);
+    const Twist &a = frame.state.twist, &b = frames[later].state.twist;
+    linear += (b.v_world - a.v_world).squaredNorm() / three_s;
+    angular += (b.omega_body - a.omega_body).squaredNorm() / three_s;
+    ++n;
   }
-  return out;
+  if (n == 0) return {};
+  return {std::max(kLeast, linear / n), std::max(kLeast, angular / n)};
 }
 
 // Biases into all frames; those without tags to where the IMU carries the ones before them.
