@@ -52,7 +52,13 @@ void WindowImu::AddTo(const FrameMeasurements& measurement, const NoiseModel& no
   if (auto learned = learning_.Add(setup_, noise, measurement, *out)) {
     BeginLearned(std::move(*learned), noise);
   } else if (!frames_.empty()) {
-    if (!Extend(measurement, noise, out->used_tags) || IsUseless() || Contradicts(noise)) End();
+    const bool is_longer = Extend(measurement, noise, out->used_tags);
+    if (is_longer && (IsUseless() || Contradicts(noise))) {
+      frames_.pop_back();  // it is not told
+      End();
+    } else if (!is_longer) {
+      End();
+    }
   }
   if (frames_.empty() && model_ && has_tags_state) BeginFromTags(out->current, noise);
   if (!frames_.empty() && !frames_.back().tags.empty()) last_tag_ns_ = frames_.back().t_ns;
@@ -186,7 +192,7 @@ bool WindowImu::Contradicts(const NoiseModel& noise) const {
 // Its states go on being told, as they are.
 void WindowImu::End() {
   if (frames_.empty()) return;
-  const int last = covariance_.size() - 1;
+  const int last = std::min(covariance_.size(), static_cast<int>(frames_.size())) - 1;
   if (last >= 0) {
     biases_ = frames_[static_cast<size_t>(last)].acceleration;
     bias_covariance_.setZero();

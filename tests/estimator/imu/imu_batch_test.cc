@@ -90,7 +90,7 @@ TEST(ImuInBatch, SlowFindsItsCalibrationAndKeepsItsSigmas) {
 }
 
 // Where no tag is seen it carries the state, far nearer than the motion prior does.
-TEST(ImuInBatch, CarriesTheStateThroughGaps) {
+TEST(ImuInBatch, SlowCarriesTheStateThroughGaps) {
   constexpr int kDraws = 3;
   double nees_pose = 0, nees_twist = 0;
   for (int draw = 0; draw < kDraws; ++draw) {

@@ -95,6 +95,31 @@ TEST(ImuInWindow, CarriesTheStateThroughGaps) {
   EXPECT_LT(by_both.velocity_mps, 0.7 * by_tags.velocity_mps);
 }
 
+// A body that is carried elsewhere while its IMU says that it rests: no state is told that the tags
+// contradict.
+TEST(ImuInWindow, TellsNothingThatTheTagsContradict) {
+  ImuFlightOptions options;
+  options.duration_s = 12;
+  ImuFlight flight = SimulateWithImu("agile", options);
+  const size_t at = 300;  // the frames from there on are those of another flight
+  const ImuFlight other = SimulateWithImu("figure8", options);
+  for (size_t i = at; i < flight.measurements.size(); ++i) {
+    flight.measurements[i].tags = other.measurements[i].tags;
+    flight.truth[i] = other.truth[i];
+  }
+  const Rows with = RunWindow(flight, true);
+  ASSERT_TRUE(with.imu);
+  for (const auto rows : {&with.at_arrival, &with.at_lag}) {
+    for (size_t i = at; i < rows->size(); ++i) {
+      if ((*rows)[i].status == FrameStatus::kNoFix) continue;
+      const StateVector d = Difference((*rows)[i].state, flight.truth[i]);
+      EXPECT_LT(d.segment<3>(3).norm(),
+                0.05 + 6 * std::sqrt((*rows)[i].covariance.block<3, 3>(3, 3).trace()))
+          << i;
+    }
+  }
+}
+
 // Without a sample the window is that of the tags, and says why.
 TEST(ImuInWindow, IsLeftOutWhereItSaysNothing) {
   ImuFlightOptions options;
