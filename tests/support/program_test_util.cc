@@ -104,7 +104,12 @@ ProgramRun RunProgram(const std::string& folder, const std::string& program,
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   wait4(pid, &wait_status, 0, &usage);
-  run.peak_rss_mib = static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
+  // The kernel counts what a program's process had before it became the program: this one's.
+  rusage own{};
+  getrusage(RUSAGE_SELF, &own);
+  if (usage.ru_maxrss > own.ru_maxrss) {
+    run.peak_rss_mib = static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
+  }
   run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   if (WIFEXITED(wait_status)) run.status = WEXITSTATUS(wait_status);
   if (around.out.empty()) run.out = ReadText(out_path);

@@ -12,7 +12,8 @@ namespace tagtwist::internal {
 struct ProgramRun {
   int status = -1;  // exit status, or -1 when a signal ended it
   std::string out, err;
-  double peak_rss_mib = 0, wall_s = 0;
+  double peak_rss_mib = 0;  // 0: not more than the test itself had
+  double wall_s = 0;
 };
 
 /// What a program finds around it.
