@@ -171,15 +171,17 @@ ImuCalibration Retract(const ImuCalibration& calibration, const ImuStep& step) {
   return out;
 }
 
+ImuSample InBody(const ImuSample& sample, const ImuCalibration& calibration) {
+  return {sample.t_ns - std::llround(1e9 * calibration.time_offset_s),
+          calibration.body_from_imu * sample.accel_mps2,
+          calibration.body_from_imu * sample.gyro_radps};
+}
+
 std::vector<ImuSample> InBody(const std::vector<ImuSample>& samples,
                               const ImuCalibration& calibration) {
-  std::vector<ImuSample> out = samples;
-  const int64_t offset_ns = std::llround(1e9 * calibration.time_offset_s);
-  for (ImuSample& sample : out) {
-    sample.t_ns -= offset_ns;
-    sample.gyro_radps = calibration.body_from_imu * sample.gyro_radps;
-    sample.accel_mps2 = calibration.body_from_imu * sample.accel_mps2;
-  }
+  std::vector<ImuSample> out;
+  out.reserve(samples.size());
+  for (const ImuSample& sample : samples) out.push_back(InBody(sample, calibration));
   return out;
 }
 

@@ -35,7 +35,8 @@ struct ImuModel {
 };
 inline constexpr double kElsewhereS = 0.25;
 
-/// The samples as the body's, by the clock of the frames.
+/// A sample as the body's, by the clock of the frames.
+ImuSample InBody(const ImuSample& sample, const ImuCalibration& calibration);
 std::vector<ImuSample> InBody(const std::vector<ImuSample>& samples,
                               const ImuCalibration& calibration);
 

@@ -40,9 +40,7 @@ WindowImu::WindowImu(EstimatorSetup setup, const ImuOptions& options)
 void WindowImu::AddSamples(const std::vector<ImuSample>& samples) {
   for (const ImuSample& sample : samples) {
     if (learning_.goes_on()) learning_.Add(sample);
-    if (!model_) continue;
-    const std::vector<ImuSample> one = InBody({sample}, model_->calibration);
-    in_body_.push_back(one.front());
+    if (model_) in_body_.push_back(InBody(sample, model_->calibration));
   }
 }
 

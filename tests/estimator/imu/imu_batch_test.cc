@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 
 #include "estimator/batch/batch.h"
@@ -25,35 +23,6 @@ Estimate Solve(const ImuFlight& flight, const ImuOptions* imu) {
   return out ? std::move(*out) : Estimate();
 }
 
-// Errors of frames without tags, or with them.
-struct Errors {
-  double position_m = 0, velocity_mps = 0, largest_m = 0, nees_pose = 0, nees_twist = 0;
-  int n = 0;
-};
-
-Errors ErrorsOf(const Estimate& estimate, const ImuFlight& flight, bool with_tags) {
-  Errors out;
-  for (size_t i = 0; i < estimate.frames.size(); ++i) {
-    const FrameEstimate& frame = estimate.frames[i];
-    if (flight.measurements[i].tags.empty() == with_tags) continue;
-    EXPECT_NE(frame.status, FrameStatus::kNoFix);
-    const StateVector d = Difference(frame.state, flight.truth[i]);
-    const Eigen::Matrix<double, 6, 6> pose = frame.covariance.topLeftCorner<6, 6>(),
-                                      twist = frame.covariance.bottomRightCorner<6, 6>();
-    out.nees_pose += d.head<6>().dot(pose.llt().solve(d.head<6>())) / 6;
-    out.nees_twist += d.tail<6>().dot(twist.llt().solve(d.tail<6>())) / 6;
-    out.position_m += d.segment<3>(3).squaredNorm();
-    out.velocity_mps += d.segment<3>(6).squaredNorm();
-    out.largest_m = std::max(out.largest_m, d.segment<3>(3).norm());
-    ++out.n;
-  }
-  out.position_m = std::sqrt(out.position_m / out.n);
-  out.velocity_mps = std::sqrt(out.velocity_mps / out.n);
-  out.nees_pose /= out.n;
-  out.nees_twist /= out.n;
-  return out;
-}
-
 // Over draws: what it finds of itself lies within its sigmas, and the states' covariances hold.
 TEST(ImuInBatch, SlowFindsItsCalibrationAndKeepsItsSigmas) {
   double pose = 0, twist = 0, calibration = 0;
@@ -69,8 +38,8 @@ TEST(ImuInBatch, SlowFindsItsCalibrationAndKeepsItsSigmas) {
     const ImuOptions imu;
     const Estimate with = Solve(flight, &imu);
     ASSERT_TRUE(with.imu);
-    const Errors errors = ErrorsOf(with, flight, true);
-    const Errors without = ErrorsOf(Solve(flight, nullptr), flight, true);
+    const ImuFlightErrors errors = ErrorsOf(with.frames, flight, true);
+    const ImuFlightErrors without = ErrorsOf(Solve(flight, nullptr).frames, flight, true);
     EXPECT_LT(errors.position_m, 1.05 * without.position_m);
     pose += errors.nees_pose / kDraws;
     twist += errors.nees_twist / kDraws;
@@ -101,13 +70,13 @@ TEST(ImuInBatch, SlowCarriesTheStateThroughGaps) {
     options.seed = 1 + static_cast<uint64_t>(draw);
     const ImuFlight flight = SimulateWithImu("agile", options);
     const ImuOptions imu;
-    const Errors with = ErrorsOf(Solve(flight, &imu), flight, false);
+    const ImuFlightErrors with = ErrorsOf(Solve(flight, &imu).frames, flight, false);
     EXPECT_GT(with.n, 60);
     EXPECT_LT(with.largest_m, 0.04);
     nees_pose += with.nees_pose / kDraws;
     nees_twist += with.nees_twist / kDraws;
     if (draw > 0) continue;
-    const Errors without = ErrorsOf(Solve(flight, nullptr), flight, false);
+    const ImuFlightErrors without = ErrorsOf(Solve(flight, nullptr).frames, flight, false);
     EXPECT_LT(with.position_m, 0.1 * without.position_m);
   }
   EXPECT_GT(nees_pose, 0.3);

@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 
 #include "estimator/online/imu/imu_feed.h"
@@ -38,36 +36,6 @@ Rows RunWindow(const ImuFlight& flight, bool with_imu) {
   return out;
 }
 
-struct Errors {
-  double largest_m = 0, velocity_mps = 0, nees_pose = 0, nees_twist = 0;
-  int n = 0;
-};
-
-// Of frames from a time on, with tags or without.
-Errors ErrorsOf(const std::vector<FrameEstimate>& frames, const ImuFlight& flight, double from_s,
-                bool with_tags) {
-  Errors out;
-  for (size_t i = 0; i < frames.size(); ++i) {
-    const FrameEstimate& frame = frames[i];
-    EXPECT_EQ(frame.t_ns, flight.measurements[i].t_ns);
-    if (flight.measurements[i].tags.empty() == with_tags) continue;
-    if (ToSeconds(frame.t_ns - frames[0].t_ns) < from_s) continue;
-    EXPECT_EQ(frame.status, with_tags ? FrameStatus::kOk : FrameStatus::kPredicted) << i;
-    const StateVector d = Difference(frame.state, flight.truth[i]);
-    const Eigen::Matrix<double, 6, 6> pose = frame.covariance.topLeftCorner<6, 6>(),
-                                      twist = frame.covariance.bottomRightCorner<6, 6>();
-    out.largest_m = std::max(out.largest_m, d.segment<3>(3).norm());
-    out.velocity_mps += d.segment<3>(6).squaredNorm();
-    out.nees_pose += d.head<6>().dot(pose.llt().solve(d.head<6>())) / 6;
-    out.nees_twist += d.tail<6>().dot(twist.llt().solve(d.tail<6>())) / 6;
-    ++out.n;
-  }
-  out.velocity_mps = std::sqrt(out.velocity_mps / out.n);
-  out.nees_pose /= out.n;
-  out.nees_twist /= out.n;
-  return out;
-}
-
 // Once its calibration is known it carries the state through gaps, at arrival and at the lag.
 TEST(ImuInWindow, CarriesTheStateThroughGaps) {
   ImuFlightOptions options;
@@ -80,8 +48,8 @@ TEST(ImuInWindow, CarriesTheStateThroughGaps) {
   EXPECT_NEAR(with.imu->gravity_world_mps2.z(), -9.81, 0.05);
   constexpr double kKnownS = 8.5;
   for (const auto rows : {&Rows::at_arrival, &Rows::at_lag}) {
-    const Errors gap = ErrorsOf(with.*rows, flight, kKnownS, false);
-    const Errors seen = ErrorsOf(with.*rows, flight, kKnownS, true);
+    const ImuFlightErrors gap = ErrorsOf(with.*rows, flight, false, kKnownS);
+    const ImuFlightErrors seen = ErrorsOf(with.*rows, flight, true, kKnownS);
     EXPECT_GT(gap.n, 20);
     EXPECT_LT(gap.largest_m, 0.05);
     EXPECT_LT(gap.nees_pose, 3);
@@ -90,8 +58,8 @@ TEST(ImuInWindow, CarriesTheStateThroughGaps) {
     EXPECT_LT(seen.nees_pose, 1.7);
     EXPECT_LT(seen.nees_twist, 1.7);
   }
-  const Errors by_tags = ErrorsOf(without.at_arrival, flight, kKnownS, true);
-  const Errors by_both = ErrorsOf(with.at_arrival, flight, kKnownS, true);
+  const ImuFlightErrors by_tags = ErrorsOf(without.at_arrival, flight, true, kKnownS);
+  const ImuFlightErrors by_both = ErrorsOf(with.at_arrival, flight, true, kKnownS);
   EXPECT_LT(by_both.velocity_mps, 0.7 * by_tags.velocity_mps);
 }
 

@@ -125,20 +125,7 @@ SimulatedFlight FlyOver(const SetUp& as_it_is, const std::string& name, unsigned
   options.images = false;
   options.corner_noise_px = 0.15;
   options.random_seed = seed;
-  const auto simulator = *Simulator::Make(as_it_is, path, options);
-  StampOptions stamps;
-  stamps.rate_hz = 30;
-  stamps.jitter_s = 0;
-  SimulatedFlight out;
-  const auto times = MakeStamps(path.first_ns(), path.last_ns(), stamps);
-  for (const int64_t t_ns : *times) {
-    const SimulatedFrame frame = simulator.MakeFrame(out.truth.size(), t_ns);
-    out.measurements.emplace_back();
-    out.measurements.back().t_ns = t_ns;
-    out.measurements.back().tags = frame.detections;
-    out.truth.push_back(frame.truth);
-  }
-  return out;
+  return RecordFrames(*Simulator::Make(as_it_is, path, options), 30);
 }
 
 // Of the poses, a degree of freedom, from a second on.

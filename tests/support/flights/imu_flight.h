@@ -3,8 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
-#include "frontend/types/measurements.h"
+#include "tests/support/flights/simulated_flight.h"
 
 namespace tagtwist::internal {
 
@@ -19,12 +20,18 @@ struct ImuFlightOptions {
 
 /// A named flight over the course's mat with an IMU whose axes have biases of about 0.02 rad/s and
 /// 0.2 m/s^2.
-struct ImuFlight {
-  std::vector<FrameMeasurements> measurements;
-  std::vector<BodyState> truth;
+struct ImuFlight : SimulatedFlight {
   std::vector<ImuSample> imu;
 };
 
 ImuFlight SimulateWithImu(const std::string& name, const ImuFlightOptions& options);
+
+/// Of frames, each with a state, from a time on, with tags or without. NEES per degree of freedom.
+struct ImuFlightErrors {
+  double position_m = 0, velocity_mps = 0, largest_m = 0, nees_pose = 0, nees_twist = 0;
+  int n = 0;
+};
+ImuFlightErrors ErrorsOf(const std::vector<FrameEstimate>& frames, const ImuFlight& flight,
+                         bool with_tags, double from_s = 0);
 
 }  // namespace tagtwist::internal

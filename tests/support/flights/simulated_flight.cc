@@ -6,13 +6,8 @@
 
 namespace tagtwist::internal {
 
-SimulatedFlight SimulateCorners(const std::string& name, double duration_s, double rate_hz) {
-  const Config config = DefaultConfig();
-  const auto trajectory = *FlightPath(name, config.set_up.map, {duration_s, 1.2});
-  SimulatorOptions options;
-  options.images = false;
-  options.corner_noise_px = 0.15;
-  const auto simulator = *Simulator::Make(config.set_up, trajectory, options);
+SimulatedFlight RecordFrames(const Simulator& simulator, double rate_hz) {
+  const SplineTrajectory& trajectory = simulator.trajectory();
   StampOptions stamps;
   stamps.rate_hz = rate_hz;
   stamps.jitter_s = 0;
@@ -26,6 +21,15 @@ SimulatedFlight SimulateCorners(const std::string& name, double duration_s, doub
     out.truth.push_back(frame.truth);
   }
   return out;
+}
+
+SimulatedFlight SimulateCorners(const std::string& name, double duration_s, double rate_hz) {
+  const Config config = DefaultConfig();
+  SimulatorOptions options;
+  options.images = false;
+  options.corner_noise_px = 0.15;
+  const auto trajectory = *FlightPath(name, config.set_up.map, {duration_s, 1.2});
+  return RecordFrames(*Simulator::Make(config.set_up, trajectory, options), rate_hz);
 }
 
 }  // namespace tagtwist::internal

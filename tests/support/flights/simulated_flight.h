@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/simulation/simulator.h"
 #include "frontend/types/body_state.h"
 #include "frontend/types/measurements.h"
 
@@ -12,6 +13,9 @@ struct SimulatedFlight {
   std::vector<FrameMeasurements> measurements;
   std::vector<BodyState> truth;
 };
+
+/// A simulator's frames over its whole trajectory, by a steady clock.
+SimulatedFlight RecordFrames(const Simulator& simulator, double rate_hz);
 
 SimulatedFlight SimulateCorners(const std::string& name, double duration_s, double rate_hz = 49);
 
