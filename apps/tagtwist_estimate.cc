@@ -8,6 +8,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
 
+#include "apps/estimate/calibrate.h"
 #include "apps/estimate/doubts.h"
 #include "apps/estimate/estimate_flags.h"
 #include "apps/estimate/inputs.h"
@@ -20,7 +21,6 @@
 #include "apps/support/guarded_main.h"
 #include "estimator/calibration/gyro_alignment.h"
 #include "estimator/imu/imu_solve.h"
-#include "estimator/jobs/calibrate_recording.h"
 #include "estimator/jobs/map_recording.h"
 #include "estimator/jobs/overlay/overlay_recording.h"
 #include "estimator/jobs/run.h"
@@ -28,13 +28,10 @@
 #include "estimator/online/config.h"
 #include "estimator/online/config_text.h"
 #include "estimator/online/recording_options.h"
-#include "estimator/report/files/calibration_config.h"
-#include "estimator/report/files/calibration_text.h"
 #include "estimator/report/result_writer.h"
 #include "frontend/base/files/file_set.h"
 #include "frontend/base/spans.h"
 #include "frontend/io/tables/detections_csv.h"
-#include "residuals/lens.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -43,18 +40,6 @@ double PeakRssMib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;  // Linux counts KiB
-}
-
-// The refined set-up, told on standard output.
-Result<Calibration> CalibrateFirst(const EstimateJob& job, const Config& config,
-                                   const std::vector<TruthSample>& truth) {
-  auto source = OpenSource(job, config);
-  if (!source) return source.error();
-  auto calibration = CalibrateRecording(job.dataset, source->get(), config, job.run, truth);
-  if (!calibration) return calibration;
-  for (const std::string& line : CalibrationText(*calibration)) Messages(job) << line << "\n";
-  Messages(job) << "\n";
-  return calibration;
 }
 
 // Tags that the map lacks, told on standard output.
@@ -83,36 +68,6 @@ std::shared_ptr<const GyroAlignment> AlignGyroTo(const EstimateJob& job, const E
   const auto gyro = AlignGyro(camera, imu);
   Messages(job) << (gyro ? GyroText(*gyro) : gyro.error().message) << "\n\n";
   return gyro ? std::make_shared<const GyroAlignment>(*gyro) : nullptr;
-}
-
-// What was refined is known as the calibration says, the lens and the mount in the set-up; that
-// stands with it in what is written, and no longer in the options.
-void TakeCalibratedSigmas(const Calibration& calibration, EstimatorOptions* of_run,
-                          EstimatorOptions* written) {
-  if (calibration.sigma(kLogFocal) > 0) {
-    of_run->focal_sigma.reset();
-    written->focal_sigma.reset();
-  }
-  const auto tag_m = TagSigmaOf(calibration);
-  if (tag_m) of_run->tag_sigma_m = tag_m;
-  if (tag_m) written->tag_sigma_m.reset();
-}
-
-// With --calibrate: the set-up is refined first, and the run goes on with it. --tracks is of this
-// run alone: what is written goes on with what the configuration said.
-Status CalibrateIfAsked(const EstimateJob& job, bool configured_tracks, Config* config,
-                        ResultContext* context) {
-  if (!job.calibrate) return Ok();
-  const Span span(job.run.spans, "calibrate");
-  auto calibration = CalibrateFirst(job, *config, context->truth);
-  if (!calibration) return calibration.error();
-  config->set_up = calibration->set_up;
-  Config to_go_on_with = *config;
-  TakeCalibratedSigmas(*calibration, &config->estimator, &to_go_on_with.estimator);
-  to_go_on_with.estimator.use_tracks = configured_tracks;
-  context->options_text = OptionsText(to_go_on_with);
-  context->calibration = std::make_shared<const Calibration>(std::move(*calibration));
-  return Ok();
 }
 
 // What summary.json says of where a run comes from.
@@ -215,14 +170,14 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
   for (const std::string& line : taken->lines) Messages(job) << line << "\n";
   Messages(job) << "\n";
   context.truth = std::move(taken->truth);
-  const bool is_live = job.realtime || IsCamera(job.dataset);
   RunOptions options = job.run;
   if (const auto added = AddPieces(job, config, **source, &options); !added) return added;
-  if (is_live) MakeLive(job, &*source, &options, end);
-  if (const auto done = CalibrateIfAsked(job, configured_tracks, &config, &context); !done) {
+  if (const auto done = CalibrateIfAsked(job, configured_tracks, &config, &*source, &context);
+      !done) {
     RememberInputs(job, config, *taken, &context.facts);
     return FailureOf(job, done.error(), *taken, {}, context.facts);
   }
+  if (job.realtime || IsCamera(job.dataset)) MakeLive(job, &*source, &options, end);
   std::string lost;
   auto run = EstimateWatched(job, config, *taken, options, source->get(), &context, &lost);
   if (!run) return run.error();

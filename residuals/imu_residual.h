@@ -7,10 +7,11 @@
 
 namespace tagtwist::internal {
 
-/// What an IMU at the body's origin, its axes the body's, says of two states, whitened, 15x1
+/// What an IMU with the body's axes, at `l` in the body, says of two states, whitened, 15x1
 /// (Forster, Carlone, Dellaert and Scaramuzza 2017, Eq. 45, on R^3 x SO(3)):
 ///   r_theta = Log((dR Exp(d_bias))' R_1' R_2)
 ///   r_v = R_1' (v_2 - v_1 - g dt) - dv,   r_p = R_1' (p_2 - p_1 - v_1 dt - g dt^2 / 2) - dp
+/// with the IMU's p_i = p_body + R_i l and v_i = v_body + R_i (omega_i x l), and
 ///   r_gyro, r_accel = bias_2 - bias_1, a random walk,
 /// dR, dv, dp of Preintegration, to first order in bias_1 - its bias. The states' accelerations
 /// hold the biases instead: [v_world; omega_body; accel bias; gyro bias], under a motion prior
@@ -18,21 +19,21 @@ namespace tagtwist::internal {
 /// Blocks: world_from_body 1, rates 1, world_from_body 2, rates 2.
 class ImuResidual final : public ceres::SizedCostFunction<15, 7, 12, 7, 12> {
  public:
-  /// `walk`: how far the biases wander over the interval, standard deviations [rad/s], [m/s^2],
-  /// > 0.
-  ImuResidual(const Preintegration& motion, const Eigen::Vector3d& gravity_world_mps2,
-              double gyro_walk_radps, double accel_walk_mps2);
+  /// `imu_in_body_m`: where the IMU is. `walk`: how far the biases wander over the interval,
+  /// standard deviations [rad/s], [m/s^2], > 0.
+  ImuResidual(const Preintegration& motion, const Eigen::Vector3d& imu_in_body_m,
+              const Eigen::Vector3d& gravity_world_mps2, double gyro_walk_radps,
+              double accel_walk_mps2);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
   /// log det of the inverse covariance that the residual is whitened by.
   double LogDetInformation() const;
-  /// Derivative by the IMU's clock, ahead of the frames', 15x1, to first order in the residual. The
-  /// states' rates and accelerations say how what it measures changes; its samples' noise would
-  /// look like change. Rates and forces (acceleration less gravity, in the body) at both states.
-  Eigen::Matrix<double, 15, 1> ByClock(const Eigen::Vector3d& rate1, const Eigen::Vector3d& rate2,
-                                       const Eigen::Vector3d& force1,
-                                       const Eigen::Vector3d& force2) const;
+  /// Derivatives, 15x3, parameters as of Evaluate: by where the IMU is in the body; by gravity in
+  /// W; by a turn of its axes in the body, the biases apart.
+  Eigen::Matrix<double, 15, 3> ByPlace(double const* const* parameters) const;
+  Eigen::Matrix<double, 15, 3> ByGravity(double const* const* parameters) const;
+  Eigen::Matrix<double, 15, 3> ByAxes() const;
 
  private:
   using Matrix15x6 = Eigen::Matrix<double, 15, 6>;
@@ -43,6 +44,7 @@ class ImuResidual final : public ceres::SizedCostFunction<15, 7, 12, 7, 12> {
   void DifferentiateBySecond(const Terms& terms, Matrix15x6* pose, Matrix15x12* rates) const;
 
   Preintegration motion_;
+  Eigen::Vector3d place_;  // in the body
   Eigen::Vector3d gravity_;
   Eigen::Matrix<double, 9, 9> root_;  // lower triangular, root' root = covariance^-1
   double gyro_root_, accel_root_;

@@ -44,8 +44,8 @@ DEFINE_string(profile, "",
               "Also what the run spends its time on, stage by stage and thread by thread, in the "
               "JSON that Perfetto and chrome://tracing open.");
 DEFINE_bool(calibrate, false,
-            "Refine map, lens and, against ground truth, mount, print scale and clock from the "
-            "recording, estimate with what came out, write it to calibration.yaml.");
+            "Refine map, lens and, against ground truth, mount, print scale and clock (of several "
+            "cameras mounts and clocks), estimate with that, write it to calibration.yaml.");
 DEFINE_bool(map_unknown_tags, false,
             "First place the tags that are seen and the map lacks, and write it with them to "
             "map.yaml.");

@@ -29,11 +29,11 @@ Status CheckStanding(const EstimateJob& job, const Config& config) {
   };
   const bool stands = config.set_up.rig.mounted_on == MountedOn::kWorld;
   const bool has_bodies = !config.bodies.empty() || !config.body.empty();
-  for (const Asked& asked :
-       std::vector<Asked>{{job.calibrate, "--calibrate"},
-                          {job.map_unknown_tags, "--map_unknown_tags"},
-                          {!job.overlay.empty(), "--overlay"},
-                          {job.run.detection == DetectionMode::kGuided, "--detection guided"}}) {
+  for (const Asked& asked : std::vector<Asked>{
+           {job.calibrate && (has_bodies || config.recordings.empty()), "--calibrate"},
+           {job.map_unknown_tags, "--map_unknown_tags"},
+           {!job.overlay.empty(), "--overlay"},
+           {job.run.detection == DetectionMode::kGuided, "--detection guided"}}) {
     if (!asked.is_asked || !(stands || has_bodies)) continue;
     return Error{job.config.config + (stands ? ": cam_from_world: " : ": bodies: ") + asked.flag +
                  " is of a camera that moves over tags that stand"};
@@ -56,7 +56,6 @@ Status CheckRigOf(const EstimateJob& job, const Config& config) {
     return Error{job.config.config + ": cameras: " + flag +
                  " is of one camera: name it by camera and cam_from_body instead"};
   };
-  if (job.calibrate) return refuse("--calibrate");
   if (job.map_unknown_tags) return refuse("--map_unknown_tags");
   if (!job.overlay.empty()) return refuse("--overlay");
   if (job.write_detections) return refuse("--write_detections");

@@ -72,14 +72,13 @@ LineThroughRates FitLine(const SampleRange& samples) {
   return out;
 }
 
-// Densities of white noise on acceleration under which what was measured is nothing unusual, and
-// by which the time between two frames is interpolated: four times those that it makes likeliest.
-// Of the rates by a line over three such intervals, for samples of a gyro are noisy, and what they
-// scatter about it beyond that noise.
+// Densities of white noise on acceleration under which what was measured is nothing at all: so many
+// times those that it makes likeliest. Of the rates by a line over three such intervals, for
+// samples of a gyro are noisy, and what they scatter about it beyond that noise.
 MotionScale MeasuredMotion(const std::vector<ImuSample>& samples, const GraphFrame& before,
                            const GraphFrame& frame, const ImuCalibration& calibration,
                            const ImuNoise& noise) {
-  constexpr double kTimes = 4, kNoiseAndMore = 1.5;
+  constexpr double kNoiseAndMore = 1.5;
   const int64_t dt_ns = frame.t_ns - before.t_ns;
   const double dt_s = ToSeconds(dt_ns);
   const double linear = MeanSquareAcceleration(Within(samples, before.t_ns, frame.t_ns), before,
@@ -92,7 +91,7 @@ MotionScale MeasuredMotion(const std::vector<ImuSample>& samples, const GraphFra
     angular +=
         line.slope.squaredNorm() * dt_s / 3 + std::max(0.0, line.about_line - of_noise) / dt_s;
   }
-  return {kTimes * (linear * dt_s / 3 + noise.accel * noise.accel), kTimes * angular};
+  return {kFreeMotion * (linear * dt_s / 3 + noise.accel * noise.accel), kFreeMotion * angular};
 }
 
 MotionScale Elsewhere(const MotionScale& scale, double dt_s) {
@@ -109,9 +108,9 @@ Factor MotionOfImu(const Preintegration& motion, const ImuCalibration& calibrati
                 {BlockRef::Kind::kPose, 0},
                 {BlockRef::Kind::kRates, 0}};
   const double root_s = std::sqrt(motion.dt_s);
-  const auto cost = std::make_shared<ImuResidual>(motion, calibration.gravity_world_mps2,
-                                                  root_s * options.gyroscope_random_walk,
-                                                  root_s * options.accelerometer_random_walk);
+  const auto cost = std::make_shared<ImuResidual>(
+      motion, calibration.body_from_imu.translation(), calibration.gravity_world_mps2,
+      root_s * options.gyroscope_random_walk, root_s * options.accelerometer_random_walk);
   out.own_log_det = cost->LogDetInformation();
   out.cost = cost;
   return out;
@@ -158,23 +157,38 @@ std::optional<Factor> RateOfGyro(const std::vector<ImuSample>& samples, int64_t 
   return out;
 }
 
+// The axes about which it turns.
+Eigen::Matrix<double, 3, 2> AcrossGravity(const ImuCalibration& calibration) {
+  const Eigen::Vector3d down = calibration.gravity_world_mps2.normalized();
+  Eigen::Matrix<double, 3, 2> out;
+  out.col(0) = down.unitOrthogonal();
+  out.col(1) = down.cross(out.col(0));
+  return out;
+}
+
 }  // namespace
+
+Eigen::Matrix<double, 3, 2> ByTurns(const ImuCalibration& calibration) {
+  return -Hat(calibration.gravity_world_mps2) * AcrossGravity(calibration);
+}
 
 ImuCalibration Retract(const ImuCalibration& calibration, const ImuStep& step) {
   ImuCalibration out = calibration;
-  const Eigen::Vector3d down = calibration.gravity_world_mps2.normalized();
-  const Eigen::Vector3d across = down.unitOrthogonal();
   out.gravity_world_mps2 =
-      ExpSo3(step(0) * across + step(1) * down.cross(across)) * calibration.gravity_world_mps2;
+      ExpSo3(AcrossGravity(calibration) * step.head<2>()) * calibration.gravity_world_mps2;
   out.time_offset_s += step(2);
-  out.body_from_imu = (calibration.body_from_imu * ExpSo3(step.tail<3>())).normalized();
+  out.body_from_imu = Retract(calibration.body_from_imu, step.tail<6>());
   return out;
+}
+
+ImuCalibration CalibrationAsTold(const ImuOptions& options) {
+  return {{0, 0, -options.gravity_mps2}, options.time_offset_s, options.body_from_imu};
 }
 
 ImuSample InBody(const ImuSample& sample, const ImuCalibration& calibration) {
   return {sample.t_ns - std::llround(1e9 * calibration.time_offset_s),
-          calibration.body_from_imu * sample.accel_mps2,
-          calibration.body_from_imu * sample.gyro_radps};
+          calibration.body_from_imu.rotation() * sample.accel_mps2,
+          calibration.body_from_imu.rotation() * sample.gyro_radps};
 }
 
 std::vector<ImuSample> InBody(const std::vector<ImuSample>& samples,
@@ -187,6 +201,13 @@ std::vector<ImuSample> InBody(const std::vector<ImuSample>& samples,
 
 bool Covers(const std::vector<ImuSample>& samples, int64_t t_ns) {
   return ImuAt(samples, t_ns, kLongestImuStepS).has_value();
+}
+
+std::optional<Eigen::Vector3d> RateAt(const std::vector<ImuSample>& samples, int64_t t_ns,
+                                      const ImuBias& bias) {
+  const auto at = ImuAt(samples, t_ns, kLongestImuStepS);
+  if (!at) return std::nullopt;
+  return at->gyro_radps - bias.gyro_radps;
 }
 
 bool SetImuFactors(const std::vector<ImuSample>& samples, const ImuOptions& options,
@@ -221,15 +242,26 @@ int SetImuFactors(const ImuRecord& imu, const ImuModel& model, std::vector<Graph
   return covered;
 }
 
+Eigen::Vector3d VelocityOfImu(const BodyState& state, const ImuCalibration& calibration) {
+  return state.twist.v_world +
+         state.world_from_body.rotation() *
+             state.twist.omega_body.cross(calibration.body_from_imu.translation());
+}
+
 BodyState CarryOn(const BodyState& state, const Preintegration& motion,
-                  const Eigen::Vector3d& gravity_world_mps2) {
-  const Eigen::Quaterniond rotation = state.world_from_body.rotation();
-  const Eigen::Vector3d gained = motion.dt_s * gravity_world_mps2;
-  const Eigen::Vector3d position = state.world_from_body.translation() +
-                                   motion.dt_s * (state.twist.v_world + 0.5 * gained) +
-                                   rotation * motion.position_m;
-  return {MakePose((rotation * motion.rotation).normalized(), position),
-          {state.twist.v_world + gained + rotation * motion.velocity_mps, state.twist.omega_body}};
+                  const ImuCalibration& calibration, const Eigen::Vector3d& omega_body_radps) {
+  const Eigen::Quaterniond before = state.world_from_body.rotation(),
+                           after = (before * motion.rotation).normalized();
+  const Eigen::Vector3d place = calibration.body_from_imu.translation();
+  const Eigen::Vector3d gained = motion.dt_s * calibration.gravity_world_mps2;
+  const Eigen::Vector3d velocity = VelocityOfImu(state, calibration);
+  const Eigen::Vector3d position = state.world_from_body * place +
+                                   motion.dt_s * (velocity + 0.5 * gained) +
+                                   before * motion.position_m;
+  BodyState out{MakePose(after, position - after * place), {velocity, omega_body_radps}};
+  out.twist.v_world +=
+      gained + before * motion.velocity_mps - after * omega_body_radps.cross(place);
+  return out;
 }
 
 ImuNoise NoiseOf(const ImuOptions& options, const ImuNoiseScale& scale) {

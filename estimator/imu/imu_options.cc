@@ -15,7 +15,11 @@ std::optional<std::string> ImuOptions::Problem() const {
   if (auto p = internal::CheckRange("gravity_mps2", gravity_mps2, 0.1, 100)) return p;
   if (auto p = internal::CheckRange("time_offset_s", time_offset_s, -1e6, 1e6)) return p;
   if (auto p = internal::CheckRange("time_offset_sigma_s", time_offset_sigma_s, 0, 1)) return p;
-  return internal::CheckRange("mount_sigma_rad", mount_sigma_rad, 0, 1);
+  if (auto p = internal::CheckRange("mount_sigma_rad", mount_sigma_rad, 0, 1)) return p;
+  if (auto p = internal::CheckRange("mount_sigma_m", mount_sigma_m, 0, 1)) return p;
+  constexpr double kMostM = 100;
+  const double away_m = body_from_imu.translation().norm();
+  return internal::CheckRange("body_from_imu: its distance", away_m, 0, kMostM);
 }
 
 }  // namespace tagtwist

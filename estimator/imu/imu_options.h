@@ -4,10 +4,11 @@
 #include <vector>
 
 #include "frontend/types/body_state.h"
+#include "frontend/types/pose.h"
 
 namespace tagtwist {
 
-/// An IMU at the body's origin, with the body's axes. Field names are the YAML keys of the section
+/// An IMU on the body. Field names are the YAML keys of the section
 /// `imu`; the first four are those of Kalibr's imu.yaml and of EuRoC's sensor.yaml.
 struct ImuOptions {
   double gyroscope_noise_density = 2e-3;      // [rad/s/sqrt(Hz)], > 0
@@ -18,7 +19,9 @@ struct ImuOptions {
   double gravity_mps2 = 9.81;                 // its direction is found, > 0
   double time_offset_s = 0;                   // the IMU's clock less that of the frames' stamps
   double time_offset_sigma_s = 0.01;          // >= 0; 0: as given, else it is refined
-  double mount_sigma_rad = 0.02;  // of each axis of the IMU against the body, >= 0; likewise
+  Pose body_from_imu;             // where it is, and how its axes lie; not one of the fields below
+  double mount_sigma_rad = 0.02;  // of each axis of the IMU against that, >= 0; likewise
+  double mount_sigma_m = 0.01;    // of each coordinate of its place, >= 0; likewise
 
   std::optional<std::string> Problem() const;
 
@@ -33,6 +36,7 @@ struct ImuOptions {
     visit("time_offset_s", self.time_offset_s);
     visit("time_offset_sigma_s", self.time_offset_sigma_s);
     visit("mount_sigma_rad", self.mount_sigma_rad);
+    visit("mount_sigma_m", self.mount_sigma_m);
   }
 };
 

@@ -51,9 +51,21 @@ void PutStart(const ImuRecord& imu, const ImuStart& start, std::vector<GraphFram
     const GraphFrame& before = (*frames)[k - 1];
     const auto motion = Preintegrate(samples, before.t_ns, frame.t_ns, bias, {}, kLongestImuStepS);
     if (!motion) continue;
-    const Eigen::Vector3d rate = frame.state.twist.omega_body;
-    frame.state = CarryOn(before.state, *motion, start.calibration.gravity_world_mps2);
-    frame.state.twist.omega_body = rate;
+    frame.state = CarryOn(before.state, *motion, start.calibration, frame.state.twist.omega_body);
+  }
+}
+
+// By which the time between two frames is interpolated where the IMU covers it: what was measured
+// is nothing unusual.
+void LetInterpolate(const std::vector<GraphFrame>& frames, std::vector<GraphState>* states) {
+  constexpr double kUsual = 4 / kFreeMotion;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    const std::vector<Factor>& others = frames[k].others;
+    const bool is_covered = std::any_of(others.begin(), others.end(), [](const Factor& factor) {
+      return dynamic_cast<const ImuResidual*>(factor.cost.get()) != nullptr;
+    });
+    MotionScale& motion = (*states)[k].motion;
+    if (is_covered) motion = {kUsual * motion.linear, kUsual * motion.angular};
   }
 }
 
@@ -74,6 +86,7 @@ class ImuSolver {
     const auto start = StartImu(imu_, seen);
     if (!start) return start.error();
     model_.calibration = reference_ = start->calibration;
+    model_.scale = scatter_ = start->scale;
     PutStart(imu_, *start, &input_.frames);
     if (known != nullptr) {
       model_.calibration = known->calibration;
@@ -87,7 +100,7 @@ class ImuSolver {
     model_.of_motion = model_.scale;
     for (int round = 0; round < most_rounds; ++round) {
       if (const Status solved = SolveStates(); !solved) return solved;
-      border_ = MakeBorder(imu_, model_, reference_, input_.frames, solution_.graph);
+      border_ = MakeBorder(imu_.options, model_, reference_, solution_.graph);
       if (!border_) return Error{"the IMU's calibration is tied by nothing"};
       model_.calibration = Retract(model_.calibration, border_->step);
       if (border_->StepInSigmas() < 0.1) break;
@@ -97,7 +110,7 @@ class ImuSolver {
 
   // Each density by the likelihood, in ever finer steps.
   Status LearnNoise(const std::vector<double>& factors) {
-    double here = solution_.log_likelihood;
+    double here = LogEvidence();
     for (const double factor : factors) {
       for (double ImuNoiseScale::*part : {&ImuNoiseScale::gyro, &ImuNoiseScale::accel}) {
         if (const Status climbed = Climb(part, factor, &here); !climbed) return climbed;
@@ -109,11 +122,13 @@ class ImuSolver {
   ImuSolution Finish() && {
     ImuSolution out;
     out.found = Found();
+    if (border_) out.calibration_covariance = border_->covariance;
     if (border_) out.shared_errors = std::move(border_->shared_errors);
-    out.input = std::move(input_);
     out.noise = noise_;
     out.model = model_;
     out.solution = std::move(solution_);
+    LetInterpolate(input_.frames, &out.solution.graph.states);
+    out.input = std::move(input_);
     return out;
   }
 
@@ -126,15 +141,27 @@ class ImuSolver {
         const double before = model_.scale.*part;
         model_.scale.*part *= step;
         if (const Status solved = SolveStates(); !solved) return solved;
-        if (!(solution_.log_likelihood > *here)) {
+        if (!(LogEvidence() > *here)) {
           model_.scale.*part = before;
           if (i == 0) break;  // the other way
           return Ok();
         }
-        *here = solution_.log_likelihood;
+        *here = LogEvidence();
       }
     }
     return Ok();
+  }
+
+  // Of the noise as it is: the likelihood, and that it is about what the samples scatter by, hardly
+  // less. Where tags say little the likelihood takes the biases' wander for it, and comes out at a
+  // fifth of it: velocities were three sigma off.
+  double LogEvidence() const {
+    constexpr double kBelow = 0.35, kAbove = 1;
+    const auto squared = [](double ratio) {
+      return std::pow(std::log(ratio) / (ratio < 1 ? kBelow : kAbove), 2);
+    };
+    return solution_.log_likelihood - 0.5 * (squared(model_.scale.gyro / scatter_.gyro) +
+                                             squared(model_.scale.accel / scatter_.accel));
   }
 
   Status SolveStates() {
@@ -150,12 +177,15 @@ class ImuSolver {
     ImuResult out;
     out.gravity_world_mps2 = model_.calibration.gravity_world_mps2;
     out.time_offset_s = model_.calibration.time_offset_s;
-    out.mount_rad = LogSo3(model_.calibration.body_from_imu);
+    const Pose& found = model_.calibration.body_from_imu;
+    out.mount_rad = Difference(found, imu_.options.body_from_imu).head<3>();
+    out.imu_in_body_m = found.translation();
     if (border_) {
       const ImuStep sigmas = border_->covariance.diagonal().cwiseMax(0).cwiseSqrt();
       out.gravity_sigma_rad = sigmas.head<2>().maxCoeff();
       out.time_offset_sigma_s = sigmas(2);
-      out.mount_sigma_rad = sigmas.tail<3>();
+      out.mount_sigma_rad = sigmas.segment<3>(3);
+      out.imu_in_body_sigma_m = sigmas.tail<3>();
     }
     const size_t middle = input_.frames.size() / 2;
     const auto k = static_cast<int>(middle);
@@ -177,6 +207,7 @@ class ImuSolver {
   GraphInput input_;
   ImuModel model_;
   ImuCalibration reference_;
+  ImuNoiseScale scatter_;
   Solution solution_;
   int intervals_ = 0;
   std::optional<ImuBorder> border_;
@@ -186,14 +217,14 @@ class ImuSolver {
 
 Result<ImuSolution> SolveWithImu(const EstimatorSetup& setup, const NoiseModel& noise,
                                  const ImuRecord& imu, std::vector<GraphFrame> frames,
-                                 const ImuModel* known) {
+                                 const ImuModel* known, bool by_likelihood) {
   constexpr int kFirstRounds = 5, kLastRounds = 3;
   ImuSolver solver(setup, noise, imu, std::move(frames));
   if (const Status started = solver.Start(known); !started) return started.error();
   if (const Status solved = solver.Solve(kFirstRounds); !solved) return solved.error();
   std::vector<std::vector<double>> rounds = {{2.0, 1.41, 1.19}, {1.41, 1.19}};
   if (known != nullptr) rounds.erase(rounds.begin());
-  if (!imu.options.learn_noise) rounds.clear();
+  if (!imu.options.learn_noise || !by_likelihood) rounds.clear();
   for (const std::vector<double>& factors : rounds) {
     if (const Status learned = solver.LearnNoise(factors); !learned) return learned.error();
     if (const Status solved = solver.Solve(kLastRounds); !solved) return solved.error();
@@ -230,16 +261,16 @@ void AddSharedErrors(const std::vector<Eigen::VectorXd>& errors, Trajectory* tra
 
 std::string TextOf(const ImuResult& found) {
   const auto& g = found.gravity_world_mps2;
-  const double mean_sigma = found.mount_sigma_rad.maxCoeff();
+  const Eigen::Vector3d place_mm = 1e3 * found.imu_in_body_m;
+  constexpr double kDegPerRad = 57.29577951308232;
   return Format(
       "IMU: in the estimate over %d intervals; gravity (%.3f, %.3f, %.3f) m/s^2, its clock %+.2f "
-      "+- "
-      "%.2f ms, its axes %.2f +- %.2f deg from the body's, noise %.2g rad/s and %.2g m/s^2 per "
-      "root "
-      "Hz",
+      "+- %.2f ms, its axes %.2f +- %.2f deg from the set-up's, at (%.1f, %.1f, %.1f) +- %.1f mm "
+      "in the body, noise %.2g rad/s and %.2g m/s^2 per root Hz",
       found.intervals, g.x(), g.y(), g.z(), 1e3 * found.time_offset_s,
-      1e3 * found.time_offset_sigma_s, 57.29577951308232 * found.mount_rad.norm(),
-      57.29577951308232 * mean_sigma, found.gyro_noise, found.accel_noise);
+      1e3 * found.time_offset_sigma_s, kDegPerRad * found.mount_rad.norm(),
+      kDegPerRad * found.mount_sigma_rad.maxCoeff(), place_mm.x(), place_mm.y(), place_mm.z(),
+      1e3 * found.imu_in_body_sigma_m.maxCoeff(), found.gyro_noise, found.accel_noise);
 }
 
 }  // namespace tagtwist::internal

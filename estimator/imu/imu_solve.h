@@ -19,8 +19,10 @@ struct ImuSolution {
   Solution solution;  // its covariance is given the calibration
   ImuModel model;
   ImuResult found;
+  ImuStepCovariance calibration_covariance = ImuStepCovariance::Zero();
   /// What a unit of each of the calibration's independent errors does to all states, side by side:
-  /// their second moment belongs to the covariance.
+  /// their second moment belongs to the covariance. In order of the columns of a lower triangular
+  /// root of the calibration's covariance.
   std::vector<Eigen::VectorXd> shared_errors;
 };
 
@@ -29,10 +31,10 @@ struct ImuSolution {
 /// eliminated); its noise where that is to be learned, by the likelihood. Frames without tags start
 /// where the IMU carries the state before them to. Tags as in the frames; `noise` gives their
 /// corners' noise. Tracks are not used. `known`: what was found before, of nearly the same frames,
-/// to start from.
+/// to start from. Without `by_likelihood` noise that is to be learned is what samples scatter by.
 Result<ImuSolution> SolveWithImu(const EstimatorSetup& setup, const NoiseModel& noise,
                                  const ImuRecord& imu, std::vector<GraphFrame> frames,
-                                 const ImuModel* known = nullptr);
+                                 const ImuModel* known = nullptr, bool by_likelihood = true);
 
 /// Adds the second moment of those errors.
 void AddSharedErrors(const std::vector<Eigen::VectorXd>& errors, Trajectory* trajectory,

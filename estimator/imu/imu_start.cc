@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "frontend/base/format_text.h"
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist::internal {
@@ -123,7 +124,7 @@ Eigen::Matrix3d BestRotation(const std::vector<TurnPair>& turns) {
 // The clock by which the turns fit best, where that is told from the options'.
 double StartOffset(const GyroIntegral& gyro, const ImuRecord& imu,
                    const std::vector<GraphFrame>& frames) {
-  constexpr double kWithinS = 0.2, kStepS = 0.005, kBetter = 0.7;
+  constexpr double kWithinS = 0.2, kStepS = 0.005, kBetter = 0.7, kLogsOfChance = 20;
   const double given_s = imu.options.time_offset_s;
   if (imu.options.time_offset_sigma_s == 0) return given_s;
   const auto misfit = [&](double offset_s) {
@@ -131,7 +132,10 @@ double StartOffset(const GyroIntegral& gyro, const ImuRecord& imu,
     return turns.size() < 10 ? std::numeric_limits<double>::infinity()
                              : Misfit(turns, BestRotation(turns));
   };
-  double best_s = given_s, least = kBetter * misfit(given_s);
+  // Of some noisy turns a few always fit better by chance.
+  const auto n = static_cast<double>(std::max<size_t>(1, Turns(gyro, given_s, frames).size()));
+  const double better = std::min(kBetter, std::exp(-kLogsOfChance / n));
+  double best_s = given_s, least = better * misfit(given_s);
   for (double shift_s = kStepS; shift_s <= kWithinS; shift_s += kStepS) {
     for (const double offset_s : {given_s + shift_s, given_s - shift_s}) {
       const double there = misfit(offset_s);
@@ -144,31 +148,33 @@ double StartOffset(const GyroIntegral& gyro, const ImuRecord& imu,
   return best_s;
 }
 
-Status CheckAxes(const std::vector<TurnPair>& turns) {
+Status CheckAxes(const std::vector<TurnPair>& turns, const Pose& as_told) {
   constexpr double kFarRad = 0.26, kMuchBetter = 0.25;
-  const Eigen::Matrix3d rotation = BestRotation(turns);
-  const double as_told = Misfit(turns, Eigen::Matrix3d::Identity());
-  const Eigen::Vector3d turn = LogSo3(Eigen::Quaterniond(rotation));
-  if (turn.norm() < kFarRad || !(Misfit(turns, rotation) < kMuchBetter * as_told)) return Ok();
+  const Eigen::Matrix3d told = as_told.rotation().toRotationMatrix(), fits = BestRotation(turns);
+  const Eigen::Vector3d turn = LogSo3(Eigen::Quaterniond(fits * told.transpose()));
+  if (turn.norm() < kFarRad || !(Misfit(turns, fits) < kMuchBetter * Misfit(turns, told))) {
+    return Ok();
+  }
   const Eigen::Vector3d axis = turn.normalized();
+  const Eigen::Quaterniond q(fits);
   return Error{Format(
       "the IMU's axes are not the body's: its gyro fits what the tags say when turned by %.0f deg "
-      "about (%.2f, %.2f, %.2f) of the body: cam_from_body is to be that of the IMU's frame, or "
-      "leave the IMU out",
-      kDegPerRad * turn.norm(), axis.x(), axis.y(), axis.z())};
+      "about (%.2f, %.2f, %.2f) of the body: imu.body_from_imu would have quaternion_xyzw [%.3f, "
+      "%.3f, %.3f, %.3f]",
+      kDegPerRad * turn.norm(), axis.x(), axis.y(), axis.z(), q.x(), q.y(), q.z(), q.w())};
 }
 
 // Mean over the frames of what the body's acceleration has beyond the force on it.
 std::optional<Eigen::Vector3d> MeanGravity(const std::vector<ImuSample>& samples,
                                            const std::vector<GraphFrame>& frames,
-                                           const ImuBias& bias) {
+                                           const ImuCalibration& calibration, const ImuBias& bias) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double time_s = 0;
   for (size_t k = 1; k < frames.size(); ++k) {
     const GraphFrame &a = frames[k - 1], &b = frames[k];
     const auto motion = Preintegrate(samples, a.t_ns, b.t_ns, bias, {}, kLongestImuStepS);
     if (!motion) continue;
-    sum += b.state.twist.v_world - a.state.twist.v_world -
+    sum += VelocityOfImu(b.state, calibration) - VelocityOfImu(a.state, calibration) -
            a.state.world_from_body.rotation() * motion->velocity_mps;
     time_s += motion->dt_s;
   }
@@ -178,8 +184,36 @@ std::optional<Eigen::Vector3d> MeanGravity(const std::vector<ImuSample>& samples
 
 }  // namespace
 
+ImuNoiseScale ScaleOfScatter(const ImuRecord& imu) {
+  constexpr size_t kFewest = 50;
+  constexpr double kLeast = 0.05, kMost = 20;
+  // Of a normal variable: its median distance from zero, and the root of 1 + 4 + 1.
+  constexpr double kMedian = 0.6745, kOfDifference = 2.449;
+  std::vector<double> gyro, accel, steps_s;
+  const auto& samples = imu.samples;
+  for (size_t i = 2; i < samples.size(); ++i) {
+    const ImuSample &a = samples[i - 2], &b = samples[i - 1], &c = samples[i];
+    const double before_s = ToSeconds(b.t_ns - a.t_ns), after_s = ToSeconds(c.t_ns - b.t_ns);
+    if (std::max(before_s, after_s) > 1.5 * std::min(before_s, after_s)) continue;
+    steps_s.push_back(after_s);
+    const Eigen::Vector3d of_gyro = a.gyro_radps - 2 * b.gyro_radps + c.gyro_radps,
+                          of_accel = a.accel_mps2 - 2 * b.accel_mps2 + c.accel_mps2;
+    for (int axis = 0; axis < 3; ++axis) {
+      gyro.push_back(std::abs(of_gyro(axis)));
+      accel.push_back(std::abs(of_accel(axis)));
+    }
+  }
+  if (steps_s.size() < kFewest) return {};
+  const double root_s = std::sqrt(Quantile(steps_s, 0.5)) / (kMedian * kOfDifference);
+  const ImuOptions& o = imu.options;
+  return {std::clamp(root_s * Quantile(gyro, 0.5) / o.gyroscope_noise_density, kLeast, kMost),
+          std::clamp(root_s * Quantile(accel, 0.5) / o.accelerometer_noise_density, kLeast, kMost)};
+}
+
 Result<ImuStart> StartImu(const ImuRecord& imu, const std::vector<GraphFrame>& frames) {
   ImuStart out;
+  if (imu.options.learn_noise) out.scale = ScaleOfScatter(imu);
+  out.calibration = CalibrationAsTold(imu.options);
   const GyroIntegral gyro(imu.samples);
   out.calibration.time_offset_s = StartOffset(gyro, imu, frames);
   const std::vector<ImuSample> samples = InBody(imu.samples, out.calibration);
@@ -190,9 +224,11 @@ Result<ImuStart> StartImu(const ImuRecord& imu, const std::vector<GraphFrame>& f
                "are needed",
                turns.size())};
   }
-  if (const Status axes = CheckAxes(turns); !axes) return axes.error();
-  out.gyro_bias_radps = MeanError(turns, Eigen::Matrix3d::Identity());
-  const auto gravity = MeanGravity(samples, frames, {out.gyro_bias_radps, Eigen::Vector3d::Zero()});
+  const Pose& as_told = out.calibration.body_from_imu;
+  if (const Status axes = CheckAxes(turns, as_told); !axes) return axes.error();
+  out.gyro_bias_radps = MeanError(turns, as_told.rotation().toRotationMatrix());
+  const auto gravity =
+      MeanGravity(samples, frames, out.calibration, {out.gyro_bias_radps, Eigen::Vector3d::Zero()});
   constexpr double kNearG = 0.2;
   const double usual = imu.options.gravity_mps2;
   if (!gravity || std::abs(gravity->norm() - usual) > kNearG * usual) {

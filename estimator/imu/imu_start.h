@@ -12,7 +12,13 @@ namespace tagtwist::internal {
 struct ImuStart {
   ImuCalibration calibration;
   Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
+  ImuNoiseScale scale;  // ScaleOfScatter, where noise is to be learned
 };
+
+/// The options' densities in terms of what the samples scatter by from one to the next, beyond any
+/// smooth motion: the median of their second differences. Shaking is in it, too; samples that were
+/// smoothed have less. Within 1/20 and 20; 1 where there are too few.
+ImuNoiseScale ScaleOfScatter(const ImuRecord& imu);
 
 /// From frames with states that tags alone say: the clock by which the gyro's turns fit theirs best
 /// (within 0.2 s of the options', where it may be refined and the turns tell), the gyro's mean

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "estimator/jobs/measurement_stream.h"
+#include "estimator/jobs/on_threads.h"
 #include "estimator/jobs/progress.h"
 #include "estimator/online/calibration_input.h"
 
@@ -30,16 +31,27 @@ Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label
 Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* source,
                                        const Config& config, const RunOptions& options,
                                        const std::vector<TruthSample>& truth) {
-  if (!config.recordings.empty() || !config.set_up.rig.IsOneOnTheBody()) {
-    return Error{dataset +
-                 ": one camera on the body is calibrated, and the configuration has others: "
-                 "name one by camera and cam_from_body instead"};
+  if (!config.set_up.rig.IsOneOnTheBody()) {
+    return Error{dataset + ": lens and map are calibrated by one camera on the body"};
   }
   const auto measurements = MeasureRecording("calibrating", source, config, options);
   if (!measurements) return measurements.error();
   auto calibration = Calibrate(CalibrationInputOf(config), *measurements, truth);
   if (!calibration) return Error{dataset + ": " + calibration.error().message};
   return calibration;
+}
+
+Result<RigCalibration> CalibrateRigRecording(const std::string& dataset, DataSource* source,
+                                             const Config& config, const RunOptions& options) {
+  const auto measurements = MeasureRecording("calibrating", source, config, options);
+  if (!measurements) return measurements.error();
+  const CalibrationOptions& o = config.calibration;
+  auto found =
+      CalibrateRig(config.set_up, config.estimator,
+                   {o.mount_rotation_sigma_rad, o.mount_position_sigma_m, o.time_offset_sigma_s},
+                   *measurements, OnThreads(options.threads));
+  if (!found) return Error{dataset + ": " + found.error().message};
+  return found;
 }
 
 }  // namespace tagtwist::internal

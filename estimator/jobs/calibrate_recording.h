@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/batch/rig/rig_calibration.h"
 #include "estimator/calibration/calibration.h"
 #include "estimator/jobs/run.h"
 #include "estimator/online/config.h"
@@ -18,5 +19,9 @@ Result<std::vector<FrameMeasurements>> MeasureRecording(const std::string& label
 Result<Calibration> CalibrateRecording(const std::string& dataset, DataSource* source,
                                        const Config& config, const RunOptions& options,
                                        const std::vector<TruthSample>& truth);
+
+/// The same of a rig of several cameras: how they stand against the first, and their clocks.
+Result<RigCalibration> CalibrateRigRecording(const std::string& dataset, DataSource* source,
+                                             const Config& config, const RunOptions& options);
 
 }  // namespace tagtwist::internal

@@ -12,6 +12,7 @@
 #include "estimator/report/files/calibration_config.h"
 #include "estimator/report/files/calibration_json.h"
 #include "estimator/report/files/mapping_text.h"
+#include "estimator/report/files/rig/rig_config.h"
 #include "estimator/report/files/states_csv.h"
 #include "estimator/report/files/summary_json.h"
 #include "estimator/report/findings/findings.h"
@@ -110,12 +111,26 @@ std::string SummaryText(const Estimate& estimate, const ResultContext& context) 
     json["bodies"] = BodiesJson(estimate, context);
   if (context.mapping) json["mapping"] = MappingJson(*context.mapping);
   if (context.calibration) json["calibration"] = CalibrationJson(*context.calibration);
+  if (context.rig) json["calibration"] = RigJson(*context.rig);
   if (context.gyro) json["gyro"] = GyroJson(*context.gyro);
   return FormatJson(json);
 }
 
 // Name and text of each file; texts are made one at a time.
 using Writer = std::pair<std::string, std::string (*)(const Estimate&, const ResultContext&)>;
+
+void AddCalibration(const ResultContext& context, std::vector<Writer>* out) {
+  if (context.calibration) {
+    out->push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
+                      return FormatCalibrationConfig(*c.calibration, c.options_text);
+                    }});
+  }
+  if (context.rig) {
+    out->push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
+                      return FormatRigConfig(*c.rig, c.options_text);
+                    }});
+  }
+}
 
 std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& context) {
   std::vector<Writer> out = {
@@ -131,7 +146,8 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
        [](const Estimate& e, const ResultContext&) { return FormatStatesCsv(e.frames); }},
       {"summary.json", [](const Estimate& e, const ResultContext& c) { return SummaryText(e, c); }},
       {"report.html", [](const Estimate& e, const ResultContext& c) {
-         return FormatReport(e, {c.facts, c.map, c.truth, c.rows, c.calibration, c.map_moves});
+         return FormatReport(e,
+                             {c.facts, c.map, c.truth, c.rows, c.calibration, c.rig, c.map_moves});
        }}};
   if (!estimate.lagged.empty()) {
     out.push_back({"states_lagged.csv", [](const Estimate& e, const ResultContext&) {
@@ -152,11 +168,7 @@ std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& conte
     out.push_back({"detections.csv",
                    [](const Estimate&, const ResultContext& c) { return c.detections_csv; }});
   }
-  if (context.calibration) {
-    out.push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
-                     return FormatCalibrationConfig(*c.calibration, c.options_text);
-                   }});
-  }
+  AddCalibration(context, &out);
   if (context.mapping) {
     out.push_back({"map.yaml", [](const Estimate&, const ResultContext& c) {
                      return MappingText(*c.mapping);

@@ -13,6 +13,7 @@
 namespace tagtwist::internal {
 struct Calibration;
 struct GyroAlignment;
+struct RigCalibration;
 struct Mapping;
 }  // namespace tagtwist::internal
 
@@ -27,7 +28,8 @@ struct ResultContext {
   std::vector<ComparisonRow> rows;  // as CompareMethods gives them
   bool write_covariance = false;
   std::shared_ptr<const internal::Calibration> calibration;  // where one was asked for
-  std::string options_text;                          // with it: the configuration's other sections
+  std::shared_ptr<const internal::RigCalibration> rig;       // of several cameras, likewise
+  std::string options_text;  // with them: the configuration's other sections, of a rig all
   std::shared_ptr<const internal::Mapping> mapping;  // of tags that the map lacked, where asked for
   std::shared_ptr<const internal::GyroAlignment>
       gyro;                             // where asked for, and the recording has one

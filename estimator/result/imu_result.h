@@ -10,8 +10,10 @@ struct ImuResult {
   double gravity_sigma_rad = 0;  // of its direction, the wider axis
   double time_offset_s = 0;      // the IMU's clock less that of the frames' stamps
   double time_offset_sigma_s = 0;
-  Eigen::Vector3d mount_rad = Eigen::Vector3d::Zero();  // turn of body_from_imu
+  Eigen::Vector3d mount_rad = Eigen::Vector3d::Zero();  // turn of body_from_imu, from as it is told
   Eigen::Vector3d mount_sigma_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d imu_in_body_m = Eigen::Vector3d::Zero();  // where it is
+  Eigen::Vector3d imu_in_body_sigma_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero(),  // at the middle of the recording
       gyro_bias_sigma_radps = Eigen::Vector3d::Zero(), accel_bias_mps2 = Eigen::Vector3d::Zero(),
                   accel_bias_sigma_mps2 = Eigen::Vector3d::Zero();

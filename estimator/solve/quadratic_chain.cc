@@ -32,8 +32,11 @@ void Erase(const std::vector<size_t>& indices, std::vector<Factor>* factors) {
 
 }  // namespace
 
-QuadraticChain::QuadraticChain(Graph graph, ForRanges for_ranges)
-    : graph_(std::move(graph)), for_ranges_(std::move(for_ranges)), forms_(graph_.states.size()) {
+QuadraticChain::QuadraticChain(Graph graph, ForRanges for_ranges, PriorTangent tangent)
+    : graph_(std::move(graph)),
+      for_ranges_(std::move(for_ranges)),
+      forms_(graph_.states.size()),
+      tangent_(tangent) {
   TAGTWIST_CHECK(Fits(graph_), "a chain has no points");
   Index();
 }
@@ -115,21 +118,72 @@ void QuadraticChain::AddFactors(std::vector<Factor> factors) {
   Index();
 }
 
-void QuadraticChain::MarginalizeFirst() {
-  std::vector<size_t> leaving;
-  int last = prior_ ? static_cast<int>(prior_->reference.size()) - 1 : 0;
+std::vector<size_t> QuadraticChain::FactorsOfFirst(int* last) const {
+  std::vector<size_t> out;
+  *last = prior_ ? static_cast<int>(prior_->reference.size()) - 1 : 0;
   for (size_t f = 0; f < graph_.factors.size(); ++f) {
     const auto [from, to] = SpanOf(graph_.factors[f]);
     if (from > 0) continue;
-    leaving.push_back(f);
-    last = std::max(last, to);
+    out.push_back(f);
+    *last = std::max(*last, to);
   }
-  LinearSystem system = ZeroSystem(last + 1, last);
+  return out;
+}
+
+LinearSystem QuadraticChain::Leaving() const {
+  int last = 0;
+  const std::vector<size_t> leaving = FactorsOfFirst(&last);
+  LinearSystem out = ZeroSystem(last + 1, last);
   LinearFactor scratch;
   for (const size_t f : leaving) {
-    if (!graph_.factors[f].IsOnOnePose()) Add(f, &scratch, &system);
+    if (!graph_.factors[f].IsOnOnePose()) Add(f, &scratch, &out);
   }
-  AddForms(1, &system);
+  AddForms(1, &out);
+  return out;
+}
+
+Eigen::MatrixXd QuadraticChain::PriorByStep() const {
+  const auto n = static_cast<Eigen::Index>(prior_->reference.size());
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(kBlockSize * n, kBlockSize * n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto i = static_cast<size_t>(k);
+    out.block<kBlockSize, kBlockSize>(kBlockSize * k, kBlockSize * k) =
+        DifferenceInWorldByStep(graph_.states[i], prior_->reference[i], tangent_);
+  }
+  return out;
+}
+
+// From the states' own tangent, at the reference, which they are at.
+void QuadraticChain::TurnPrior() {
+  if (tangent_ == PriorTangent::kOwn) return;
+  const Eigen::MatrixXd to_step = PriorByStep().partialPivLu().inverse();
+  prior_->hessian = (to_step.transpose() * prior_->hessian * to_step).eval();
+  prior_->hessian = (0.5 * (prior_->hessian + prior_->hessian.transpose())).eval();
+  prior_->gradient = (to_step.transpose() * prior_->gradient).eval();
+}
+
+void QuadraticChain::SetPrior(const Block& information) {
+  prior_.emplace();
+  prior_->reference = {graph_.states.front()};
+  prior_->hessian = information;
+  prior_->gradient.setZero(kBlockSize);
+  TurnPrior();
+}
+
+void QuadraticChain::ShiftPrior(const GraphStep& gradient) {
+  if (!prior_) {
+    prior_.emplace();
+    prior_->reference = {graph_.states.front()};
+    prior_->hessian.setZero(kBlockSize, kBlockSize);
+    prior_->gradient.setZero(kBlockSize);
+  }
+  prior_->gradient.head<kBlockSize>() += gradient;
+}
+
+void QuadraticChain::MarginalizeFirst() {
+  int last = 0;
+  const std::vector<size_t> leaving = FactorsOfFirst(&last);
+  const LinearSystem system = Leaving();
   if (last == 0) {
     prior_.reset();
   } else {
@@ -145,12 +199,24 @@ void QuadraticChain::MarginalizeFirst() {
   }
   graph_.states.erase(graph_.states.begin());
   forms_.erase(forms_.begin());
+  if (prior_) TurnPrior();
   Index();
 }
 
 std::optional<Factor> QuadraticChain::Prior() const {
   if (!prior_) return std::nullopt;
-  return GaussianPrior(prior_->reference, prior_->hessian, prior_->gradient);
+  if (tangent_ == PriorTangent::kOwn) {
+    return GaussianPrior(prior_->reference, prior_->hessian, prior_->gradient);
+  }
+  // The same about the states that it was made at.
+  Eigen::MatrixXd by_step = Eigen::MatrixXd::Zero(prior_->hessian.rows(), prior_->hessian.cols());
+  for (size_t i = 0; i < prior_->reference.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(kBlockSize * i);
+    by_step.block<kBlockSize, kBlockSize>(at, at) =
+        DifferenceInWorldByStep(prior_->reference[i], prior_->reference[i], tangent_);
+  }
+  return GaussianPrior(prior_->reference, by_step.transpose() * prior_->hessian * by_step,
+                       by_step.transpose() * prior_->gradient);
 }
 
 }  // namespace tagtwist::internal

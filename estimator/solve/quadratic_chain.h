@@ -7,6 +7,7 @@
 #include "estimator/graph/linear_system.h"
 #include "estimator/solve/ceres_solver.h"
 #include "estimator/solve/pose_form.h"
+#include "estimator/solve/world_tangent.h"
 #include "frontend/base/for_ranges.h"
 #include "frontend/base/quadratic_form.h"
 #include "frontend/base/result.h"
@@ -40,7 +41,8 @@ class QuadraticChain {
   /// Whether a graph is of this shape.
   static bool Fits(const Graph& graph) { return graph.points.empty(); }
 
-  explicit QuadraticChain(Graph graph = {}, ForRanges for_ranges = InOneRange);
+  explicit QuadraticChain(Graph graph = {}, ForRanges for_ranges = InOneRange,
+                          PriorTangent tangent = PriorTangent::kOwn);
 
   /// From the graph's states on, which it moves. An error where full steps do not do: a job for
   /// SolveBanded.
@@ -64,7 +66,18 @@ class QuadraticChain {
   /// The first state leaves: what is known of it becomes a form in the states that share a factor
   /// with it, linearised at the states as they are.
   void MarginalizeFirst();
-  /// That form as a factor; none where no state has left.
+  /// The normal equations of all factors on the first state, and of what is known from before: of
+  /// it and those that share one with it.
+  LinearSystem Leaving() const;
+  /// Those of all, at the states as they are.
+  LinearSystem NormalEquations() const { return Assemble({}); }
+  /// What is known from before about the first state, which is its mean: an information matrix in
+  /// GraphState's error state.
+  void SetPrior(const Block& information);
+  /// Adds to the gradient of what is known from before about the first state, in the tangent of the
+  /// prior: that moves with something outside the chain.
+  void ShiftPrior(const GraphStep& gradient);
+  /// The form of what has left as a factor; none where no state has left.
   std::optional<Factor> Prior() const;
 
   const Graph& graph() const { return graph_; }
@@ -79,7 +92,12 @@ class QuadraticChain {
   /// About the first states of the chain.
   using StatesForm = QuadraticForm<Eigen::Dynamic, std::vector<GraphState>>;
 
+  /// Of the prior at the states as they are: their steps' derivative of the form's tangent.
+  Eigen::MatrixXd PriorByStep() const;
+  void TurnPrior();
   void Index();
+  // Their indices, and the last state that they touch.
+  std::vector<size_t> FactorsOfFirst(int* last) const;
   bool LinearizeWhatMoved(double neglected);
   bool Holds(const std::vector<GraphState>& moved, double neglected) const;
   std::optional<double> Add(size_t f, LinearFactor* scratch, LinearSystem* out) const;
@@ -90,10 +108,11 @@ class QuadraticChain {
 
   Graph graph_;
   ForRanges for_ranges_;
-  std::vector<PoseForm> forms_;      // one a state
-  std::vector<int> steps_;           // StepFrom
-  std::vector<size_t> others_;       // all factors that are neither
-  std::optional<StatesForm> prior_;  // of states that left
+  std::vector<PoseForm> forms_;  // one a state
+  std::vector<int> steps_;       // StepFrom
+  std::vector<size_t> others_;   // all factors that are neither
+  PriorTangent tangent_;
+  std::optional<StatesForm> prior_;  // of states that left, in that tangent
   int bandwidth_ = 1;
 };
 

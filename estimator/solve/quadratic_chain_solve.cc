@@ -13,6 +13,15 @@ constexpr int kSize = BlockBandedMatrix::kSize;
 // What of the turn between two states changes is squared in what a linearised motion neglects.
 constexpr double kBetweenRad = 1e-4, kOfBothRad = 2e-3;
 
+// Of a symmetric matrix, into the first n states' blocks.
+void AddBlocks(const Eigen::MatrixXd& hessian, int n, BlockBandedMatrix* out) {
+  for (int j = 0; j < n; ++j) {
+    for (int i = j; i < n; ++i) {
+      out->At(i, j) += hessian.block<kSize, kSize>(kSize * i, kSize * j);
+    }
+  }
+}
+
 }  // namespace
 
 // And what is partial: it may be whole by now. False where a factor cannot be evaluated.
@@ -85,12 +94,20 @@ void QuadraticChain::AddForms(size_t n_states, LinearSystem* out) const {
   }
   if (!prior_) return;
   const int n = static_cast<int>(prior_->reference.size());
-  out->gradient.head(kSize * n) += prior_->GradientAt(graph_.states, &out->cost);
-  for (int j = 0; j < n; ++j) {
-    for (int i = j; i < n; ++i) {
-      out->hessian.At(i, j) += prior_->hessian.block<kSize, kSize>(kSize * i, kSize * j);
-    }
+  if (tangent_ == PriorTangent::kOwn) {
+    out->gradient.head(kSize * n) += prior_->GradientAt(graph_.states, &out->cost);
+    AddBlocks(prior_->hessian, n, &out->hessian);
+    return;
   }
+  Eigen::VectorXd moved(kSize * n);
+  for (int k = 0; k < n; ++k) {
+    const auto i = static_cast<size_t>(k);
+    moved.segment<kSize>(kSize * k) =
+        DifferenceInWorld(graph_.states[i], prior_->reference[i], tangent_);
+  }
+  const Eigen::MatrixXd by_step = PriorByStep();
+  out->gradient.head(kSize * n) += by_step.transpose() * prior_->GradientAtMoved(moved, &out->cost);
+  AddBlocks(by_step.transpose() * prior_->hessian * by_step, n, &out->hessian);
 }
 
 LinearSystem QuadraticChain::Assemble(BlockBandedMatrix memory) const {

@@ -65,7 +65,16 @@ TEST_F(ImuProgram, TakesTheFilesOfOthers) {
   const auto own = Estimate(
       "own", configured("file: imu.yaml, learn_noise: false, gyroscope_noise_density: 0.001"));
   EXPECT_DOUBLE_EQ(own["imu"]["gyroscope_noise_density"].get<double>(), 0.001);
-  ExpectRefused(configured("file: turned.yaml"), 1, "T_i_b: expected the identity");
+  // The recording's IMU is not turned: what is wrong is told with what would fit.
+  const auto turned = Estimate("turned", configured("file: turned.yaml"));
+  EXPECT_FALSE(turned.contains("imu"));
+  EXPECT_NE(turned["warnings"].dump().find("quaternion_xyzw [0.00"), std::string::npos)
+      << turned["warnings"];
+  const std::string back =
+      "body_from_imu: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 0]}";
+  EXPECT_TRUE(Estimate("back", configured("file: turned.yaml, " + back)).contains("imu"));
+  ExpectRefused(configured("body_from_imu: {translation_m: [0, 0, 0]}"), 1,
+                "imu.body_from_imu: expected rotation or quaternion_xyzw");
   ExpectRefused(configured("file: camera.yaml"), 1, "camera.yaml: expected an IMU's");
   ExpectRefused(configured("file: none.yaml"), 1, "none.yaml");
 }

@@ -13,7 +13,7 @@ using Vector12 = Eigen::Matrix<double, 12, 1>;
 const Eigen::Vector3d kGravity(0.3, -0.2, -9.8);
 constexpr double kLongestStepS = 0.1;
 
-// A body that turns and shakes about all axes, and what an IMU at its origin says.
+// A body that turns and shakes about all axes, and what an IMU says that has its axes.
 Pose PoseAt(double t) {
   const Eigen::Vector3d turn(0.5 * std::sin(2 * t), 0.4 * std::cos(1.5 * t), 0.8 * t);
   return MakePose(ExpSo3(turn),
@@ -30,14 +30,22 @@ Eigen::Vector3d RateAt(double t) {
   return LogSo3(PoseAt(t - kH).rotation().conjugate() * PoseAt(t + kH).rotation()) / (2 * kH);
 }
 
-std::vector<ImuSample> Record(double rate_hz, double duration_s, const ImuBias& bias) {
+// Of a place of the body.
+Eigen::Vector3d AccelerationAt(double t, const Eigen::Vector3d& in_body) {
+  constexpr double kH = 1e-4;
+  const auto swing = [&](double at) { return PoseAt(at).rotation() * in_body; };
+  return AccelerationAt(t) + (swing(t + kH) - 2 * swing(t) + swing(t - kH)) / (kH * kH);
+}
+
+std::vector<ImuSample> Record(double rate_hz, double duration_s, const ImuBias& bias,
+                              const Eigen::Vector3d& in_body = Eigen::Vector3d::Zero()) {
   std::vector<ImuSample> out;
   for (int i = 0; i <= std::lround(rate_hz * duration_s); ++i) {
     const double t = i / rate_hz;
-    out.push_back(
-        {std::llround(1e9 * t),
-         PoseAt(t).rotation().conjugate() * (AccelerationAt(t) - kGravity) + bias.accel_mps2,
-         RateAt(t) + bias.gyro_radps});
+    out.push_back({std::llround(1e9 * t),
+                   PoseAt(t).rotation().conjugate() * (AccelerationAt(t, in_body) - kGravity) +
+                       bias.accel_mps2,
+                   RateAt(t) + bias.gyro_radps});
   }
   return out;
 }
@@ -61,7 +69,7 @@ TEST_F(Imu, JacobianMatchesNumericOne) {
     const Pose first = RandomPose(2.0), second = RandomPose(1.0);
     const Vector12 rates1 = RatesAt(0, RandomBias()), rates2 = RatesAt(0.1, RandomBias());
     ExpectCorrectJacobians(
-        ImuResidual(*motion, kGravity, 1e-3, 1e-2),
+        ImuResidual(*motion, Vec(), kGravity, 1e-3, 1e-2),
         {first.params.data(), rates1.data(), second.params.data(), rates2.data()});
   }
   const Vector12 rates = RatesAt(0.4, RandomBias());
@@ -72,8 +80,9 @@ TEST_F(Imu, JacobianMatchesNumericOne) {
 
 // The residual unwhitened: [theta; v; p] by the covariance's root.
 Eigen::Matrix<double, 9, 1> Misfit(double from_s, double to_s, double rate_hz, const ImuBias& bias,
-                                   const ImuBias& about) {
-  const auto motion = Preintegrate(Record(rate_hz, 3, bias), std::llround(1e9 * from_s),
+                                   const ImuBias& about,
+                                   const Eigen::Vector3d& in_body = Eigen::Vector3d::Zero()) {
+  const auto motion = Preintegrate(Record(rate_hz, 3, bias, in_body), std::llround(1e9 * from_s),
                                    std::llround(1e9 * to_s), about, {}, kLongestStepS);
   EXPECT_TRUE(motion);
   const Pose first = PoseAt(from_s), second = PoseAt(to_s);
@@ -81,7 +90,7 @@ Eigen::Matrix<double, 9, 1> Misfit(double from_s, double to_s, double rate_hz, c
   const double* blocks[] = {first.params.data(), rates1.data(), second.params.data(),
                             rates2.data()};
   Eigen::Matrix<double, 15, 1> r;
-  EXPECT_TRUE(ImuResidual(*motion, kGravity, 1, 1).Evaluate(blocks, r.data(), nullptr));
+  EXPECT_TRUE(ImuResidual(*motion, in_body, kGravity, 1, 1).Evaluate(blocks, r.data(), nullptr));
   return motion->covariance.llt().matrixL() * r.head<9>();
 }
 
@@ -95,6 +104,27 @@ TEST_F(Imu, FitsTheMotionThatItMeasured) {
     EXPECT_LT(coarse.segment<3>(3).norm(), 2e-3) << to_s;
     EXPECT_LT(coarse.tail<3>().norm(), 2e-3) << to_s;
     EXPECT_LT(fine.norm(), 0.05 * coarse.norm()) << to_s;
+    const auto away = Misfit(0.5033, to_s, 2000, bias, bias, {0.3, -0.2, 0.5});
+    EXPECT_LT(away.norm(), 2e-4) << to_s;
+  }
+}
+
+TEST_F(Imu, DerivativeByItsPlaceIsTheNumericOne) {
+  constexpr double kH = 1e-6;
+  const auto motion = Preintegrate(Record(200, 2, {}), 0, 300'000'000, {}, {}, kLongestStepS);
+  ASSERT_TRUE(motion);
+  const Pose first = RandomPose(2.0), second = RandomPose(1.0);
+  const Vector12 rates1 = RatesAt(0, RandomBias()), rates2 = RatesAt(0.1, RandomBias());
+  const double* blocks[] = {first.params.data(), rates1.data(), second.params.data(),
+                            rates2.data()};
+  const Eigen::Vector3d place = Vec();
+  const auto by = ImuResidual(*motion, place, kGravity, 1, 1).ByPlace(blocks);
+  for (int a = 0; a < 3; ++a) {
+    const Eigen::Vector3d step = kH * Eigen::Vector3d::Unit(a);
+    Eigen::Matrix<double, 15, 1> up, down;
+    ImuResidual(*motion, place + step, kGravity, 1, 1).Evaluate(blocks, up.data(), nullptr);
+    ImuResidual(*motion, place - step, kGravity, 1, 1).Evaluate(blocks, down.data(), nullptr);
+    EXPECT_LT(((up - down) / (2 * kH) - by.col(a)).norm(), 1e-5 * (1 + by.col(a).norm()));
   }
 }
 

@@ -23,9 +23,7 @@ Result<ImuStage> SolveStage(const EstimatorSetup& setup, const NoiseModel& noise
   ImuStage out;
   std::vector<GraphFrame> frames;
   std::vector<const std::vector<TagDetection>*> seen;
-  ImuCalibration as_told;
-  as_told.time_offset_s = imu.options.time_offset_s;
-  const std::vector<ImuSample> samples = InBody(imu.samples, as_told);
+  const std::vector<ImuSample> samples = InBody(imu.samples, CalibrationAsTold(imu.options));
   for (size_t i = 0; i < stamped.size(); ++i) {
     const int k = state_of_frame[i];
     out.state_of_frame.push_back(-1);

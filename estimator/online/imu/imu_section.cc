@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "estimator/online/camera_sections.h"
+#include "frontend/io/setup/kalibr_camera.h"
+#include "frontend/io/setup/tag_map_reader.h"
 #include "frontend/io/setup/yaml_reader.h"
 
 namespace tagtwist::internal {
@@ -28,20 +30,25 @@ Result<bool> ReadDensities(const YamlValue& imu, ImuOptions* options) {
   return any;
 }
 
-// T_i_b or T_BS, 4 x 4: the body is the IMU.
-Status CheckIsBody(const YamlValue& imu) {
+// T_i_b: IMU from body (Kalibr); T_BS: body from sensor (EuRoC).
+Status ReadPlace(const YamlValue& imu, Pose* body_from_imu) {
   for (const char* name : {"T_i_b", "T_BS"}) {
     const YamlValue* node = Member(imu, name);
     if (node == nullptr) continue;
-    std::vector<double> n;
-    if (const Status read = ReadMatrix(*node, &n); !read) return read;
-    double off = n.size() == 16 ? 0 : 1;
-    for (size_t i = 0; i < n.size() && n.size() == 16; ++i) {
-      off = std::max(off, std::abs(n[i] - (i % 5 == 0 ? 1 : 0)));
-    }
-    if (!(off < 1e-6)) return node->Refuse("the identity, for the body is the IMU");
+    const auto pose = ReadRigidMatrix(*node);
+    if (!pose) return pose.error();
+    *body_from_imu = std::string(name) == "T_BS" ? *pose : Inverse(*pose);
   }
   return Ok();
+}
+
+Status ReadBodyFromImu(const YamlValue& node, Pose* body_from_imu) {
+  YamlSection section(node);
+  const auto rotation = ReadRotation(&section);
+  const auto translation = ReadVector3(section.Require("translation_m"), &section);
+  if (!rotation) section.Keep(node.Refuse("rotation or quaternion_xyzw, got neither"));
+  if (rotation && translation) *body_from_imu = MakePose(*rotation, *translation);
+  return section.Finish();
 }
 
 Status ReadImuFile(const std::string& path, const Limits& limits, ImuOptions* options) {
@@ -57,7 +64,7 @@ Status ReadImuFile(const std::string& path, const Limits& limits, ImuOptions* op
                  "EuRoC's sensor.yaml), got none"};
   }
   if (const auto problem = options->Problem()) return Error{path + ": " + *problem};
-  return CheckIsBody(imu);
+  return ReadPlace(imu, &options->body_from_imu);
 }
 
 }  // namespace
@@ -70,6 +77,9 @@ Status ReadImu(const YamlValue& node, const Limits& limits, ImuOptions* options)
     section.Keep(ReadImuFile(BesideFile(node.file, file), limits, options));
   }
   ImuOptions::VisitFields(*options, section);
+  if (const YamlValue* place = section.Find("body_from_imu")) {
+    section.Keep(ReadBodyFromImu(*place, &options->body_from_imu));
+  }
   section.KeepProblem(options->Problem());
   return section.Finish();
 }

@@ -96,6 +96,8 @@ Json ImuJson(const ImuResult& imu) {
           {"time_offset_sigma_s", imu.time_offset_sigma_s},
           {"body_from_imu_rad", VectorJson(imu.mount_rad)},
           {"body_from_imu_sigma_rad", VectorJson(imu.mount_sigma_rad)},
+          {"imu_in_body_m", VectorJson(imu.imu_in_body_m)},
+          {"imu_in_body_sigma_m", VectorJson(imu.imu_in_body_sigma_m)},
           {"gyro_bias_radps", VectorJson(imu.gyro_bias_radps)},
           {"gyro_bias_sigma_radps", VectorJson(imu.gyro_bias_sigma_radps)},
           {"accel_bias_mps2", VectorJson(imu.accel_bias_mps2)},

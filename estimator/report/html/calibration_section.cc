@@ -40,4 +40,11 @@ ReportSection CalibrationSection(const Calibration& calibration) {
   return section;
 }
 
+ReportSection RigSection(const RigCalibration& rig) {
+  ReportSection section;
+  section.title = "Calibration";
+  for (const std::string& line : RigText(rig)) section.html += ParagraphHtml(line);
+  return section;
+}
+
 }  // namespace tagtwist::internal

@@ -150,6 +150,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   for (const int64_t t_ns : plots.stamps_ns) t_s.push_back(ToSeconds(t_ns - plots.t0_ns));
   page.sections.push_back(FromAbove(plots, input, page.slots));
   if (input.calibration) page.sections.push_back(CalibrationSection(*input.calibration));
+  if (input.rig) page.sections.push_back(RigSection(*input.rig));
   for (ReportSection& section : TrajectorySections(plots)) {
     page.sections.push_back(std::move(section));
   }

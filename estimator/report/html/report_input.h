@@ -2,6 +2,7 @@
 #include <memory>
 #include <vector>
 
+#include "estimator/batch/rig/rig_calibration.h"
 #include "estimator/calibration/calibration.h"
 #include "estimator/report/findings/comparison_table.h"
 #include "estimator/result/run_facts.h"
@@ -17,6 +18,7 @@ struct ReportInput {
   std::vector<TruthSample> truth;                  // empty when there is none
   std::vector<ComparisonRow> rows;                 // as CompareMethods gives them
   std::shared_ptr<const Calibration> calibration;  // where there is one
+  std::shared_ptr<const RigCalibration> rig;       // likewise, of several cameras
   bool map_moves = false;                          // its tags are on the body
 };
 

@@ -6,12 +6,13 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr double kLeastS = 16, kMostS = 512;  // for which it goes on
+// After which noise is learned, too; after which that is enough; and when it ends at last.
+constexpr double kNoiseS = 4, kEnoughS = 32, kMostS = 512;
 constexpr size_t kFewestKept = 12, kMostKept = 200;
 
-// What is left open of gravity shows where tags are missing: 20 mm after a second without.
+// Well enough for what is left open to be small.
 bool IsKnown(const ImuResult& found) {
-  constexpr double kGravityRad = 4e-3, kClockS = 2e-3;
+  constexpr double kGravityRad = 0.1, kClockS = 0.02;
   return found.gravity_sigma_rad < kGravityRad && found.time_offset_sigma_s < kClockS;
 }
 
@@ -65,13 +66,16 @@ std::optional<ImuSolution> ImuLearning::Add(const EstimatorSetup& setup, const N
   if (kept_.size() < kFewestKept || kept_.back().t_ns != measurement.t_ns) return std::nullopt;
   const double duration_s = ToSeconds(kept_.back().t_ns - kept_.front().t_ns);
   if (duration_s < next_s_) return std::nullopt;
-  next_s_ *= 2;
   ThinOut();
-  auto solved = SolveWithImu(setup, noise, imu_, kept_, model_ ? &*model_ : nullptr);
+  // Its noise is learned now and then alone: that takes the longest.
+  const bool learns_noise = duration_s >= kNoiseS && turn_ % 2 == 0;
+  ++turn_;
+  next_s_ *= 2;
+  auto solved = SolveWithImu(setup, noise, imu_, kept_, model_ ? &*model_ : nullptr, learns_noise);
   if (solved) model_ = solved->model;
   const bool is_known = solved && IsKnown(solved->found);
   refusal_ = solved ? "the motion did not tell its clock and gravity" : solved.error().message;
-  if ((is_known && duration_s >= kLeastS) || duration_s >= kMostS) {
+  if ((is_known && duration_s >= kEnoughS) || duration_s >= kMostS) {
     goes_on_ = false;
     kept_ = std::vector<GraphFrame>();
   }

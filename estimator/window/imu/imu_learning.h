@@ -12,16 +12,14 @@
 
 namespace tagtwist::internal {
 
-/// Learns an IMU's calibration from the frames of a window as they come: SolveWithImu of those
-/// until then after 4, 8, 16, ... s, until it is known well enough and 16 s have passed. Few enough
-/// frames are kept.
+/// Learns an IMU's calibration and noise from the frames of a window as they come: SolveWithImu of
+/// those until then after 1, 2, 4, 8, 16 and 32 s, its noise by the likelihood after 4 and 16;
+/// longer where it is not known well enough. Few enough frames are kept.
 class ImuLearning {
  public:
   explicit ImuLearning(const ImuOptions& options) : imu_{options, {}} {}
 
   bool goes_on() const { return goes_on_; }
-  /// Those until then.
-  const std::vector<ImuSample>& samples() const { return imu_.samples; }
   void Add(const ImuSample& sample);
   /// What the window says of a frame. A solution whose newest state is the frame's, where it is
   /// time for one and it is known well enough.
@@ -39,9 +37,10 @@ class ImuLearning {
   std::vector<GraphFrame> kept_;
   std::optional<ImuModel> model_;  // of the last solution
   int64_t kept_spacing_ns_ = 80'000'000;
-  double next_s_ = 4;  // after the first of them
+  int turn_ = 0;       // solved so many times
+  double next_s_ = 1;  // after the first of them
   bool goes_on_ = true;
-  std::string refusal_ = "fewer than four seconds of frames with tags came with it";
+  std::string refusal_ = "less than a second of frames with tags came with it";
 };
 
 }  // namespace tagtwist::internal

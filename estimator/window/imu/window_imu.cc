@@ -14,17 +14,11 @@
 namespace tagtwist::internal {
 namespace {
 
-bool IsAmong(int id, const std::vector<int>& ids) {
-  return std::find(ids.begin(), ids.end(), id) != ids.end();
-}
-
-// A prior on one state, of that covariance.
-Factor PriorOn(const GraphState& state, const Block& covariance) {
+Block InformationOf(const Block& covariance) {
   Block wide = covariance;
   wide.diagonal() *= 1 + 1e-9;
   const Block information = wide.ldlt().solve(Block::Identity());
-  return GaussianPrior({state}, 0.5 * (information + information.transpose()),
-                       Eigen::VectorXd::Zero(information.rows()));
+  return 0.5 * (information + information.transpose());
 }
 
 }  // namespace
@@ -40,6 +34,7 @@ WindowImu::WindowImu(EstimatorSetup setup, const ImuOptions& options)
 void WindowImu::AddSamples(const std::vector<ImuSample>& samples) {
   for (const ImuSample& sample : samples) {
     if (learning_.goes_on()) learning_.Add(sample);
+    samples_.push_back(sample);
     if (model_) in_body_.push_back(InBody(sample, model_->calibration));
   }
 }
@@ -58,10 +53,9 @@ void WindowImu::AddTo(const FrameMeasurements& measurement, const NoiseModel& no
       End();
     }
   }
+  if (model_) in_body_ = InBody(samples_, model_->calibration);
   if (frames_.empty() && model_ && has_tags_state) BeginFromTags(out->current, noise);
-  if (!frames_.empty() && !frames_.back().tags.empty()) last_tag_ns_ = frames_.back().t_ns;
   TakeInto(&out->current);
-  if (!frames_.empty()) Open(out->current.t_ns, &out->current);
   AddTo(&out->lagged);
   if (static_cast<int>(frames_.size()) > setup_.options.window_frames) LetOldestLeave();
   DropOldSamples();
@@ -78,13 +72,31 @@ void WindowImu::BeginLearned(ImuSolution solved, const NoiseModel& noise) {
   End();
   model_ = solved.model;
   found_ = solved.found;
-  in_body_ = InBody(learning_.samples(), model_->calibration);
+  in_body_ = InBody(samples_, model_->calibration);
   const int last = solved.solution.covariance.size() - 1;
-  Block covariance = solved.solution.covariance.At(last, last);
-  for (const Eigen::VectorXd& error : solved.shared_errors) {
-    covariance += error.tail<kBlockSize>() * error.tail<kBlockSize>().transpose();
+  CalibratedState known{model_->calibration, solved.calibration_covariance,
+                        solved.solution.covariance.At(last, last)};
+  for (int i = 0; i < kImuEntries; ++i) {
+    known.by_calibration.col(i) = solved.shared_errors[static_cast<size_t>(i)].tail<kBlockSize>();
   }
-  Begin(solved.input.frames.back(), covariance, noise);
+  Begin(solved.input.frames.back(), known.given_calibration, noise);
+  border_ = CalibrationBorder(known, chain_.graph().states.front());
+  covariance_.At(0, 0) += known.by_calibration * known.by_calibration.transpose();
+}
+
+// As it is now, for samples to come.
+void WindowImu::TakeCalibration() {
+  model_->calibration = border_.calibration();
+  const ImuStep sigmas = border_.covariance().diagonal().cwiseMax(0).cwiseSqrt();
+  found_->gravity_world_mps2 = model_->calibration.gravity_world_mps2;
+  found_->gravity_sigma_rad = sigmas.head<2>().maxCoeff();
+  found_->time_offset_s = model_->calibration.time_offset_s;
+  found_->time_offset_sigma_s = sigmas(2);
+  const Pose& place = model_->calibration.body_from_imu;
+  found_->mount_rad = Difference(place, options_.body_from_imu).head<3>();
+  found_->mount_sigma_rad = sigmas.segment<3>(3);
+  found_->imu_in_body_m = place.translation();
+  found_->imu_in_body_sigma_m = sigmas.tail<3>();
 }
 
 // A chain of a frame whose state and covariance have all that is known of it.
@@ -93,9 +105,9 @@ void WindowImu::Begin(const GraphFrame& frame, const Block& covariance, const No
   input.frames = {frame};
   input.frames[0].tags.clear();
   input.frames[0].others.clear();
-  input.prior =
-      PriorOn(ToGraphState(frame.t_ns, frame.state, frame.acceleration, frame.motion), covariance);
-  chain_ = QuadraticChain(BuildWholeGraph(setup_, WithImu(noise), input));
+  chain_ = QuadraticChain(BuildWholeGraph(setup_, WithImu(noise), input), InOneRange,
+                          CalibrationBorder::kTangent);
+  chain_.SetPrior(InformationOf(covariance));
   covariance_ = BlockBandedMatrix(1, 1);
   covariance_.At(0, 0) = covariance;
   frames_ = {frame};
@@ -109,11 +121,22 @@ void WindowImu::BeginFromTags(const FrameEstimate& by_tags, const NoiseModel& no
   Block covariance = bias_covariance_;
   covariance.topLeftCorner<12, 12>() = by_tags.covariance;
   Begin(frame, covariance, noise);
+  border_.Restart();
+}
+
+// Up to a frame that is a little newer than the newest sample, by whatever clock, as that one says.
+void WindowImu::HoldUntil(int64_t t_ns) {
+  constexpr double kMostS = 0.025;
+  if (in_body_.empty() || in_body_.back().t_ns >= t_ns) return;
+  if (ToSeconds(t_ns - in_body_.back().t_ns) > kMostS) return;
+  in_body_.push_back(in_body_.back());
+  in_body_.back().t_ns = t_ns;
 }
 
 // The frame as the chain's next one; false where the IMU does not reach it.
 bool WindowImu::Extend(const FrameMeasurements& measurement, const NoiseModel& noise,
                        const std::vector<int>& used) {
+  HoldUntil(measurement.t_ns);
   const GraphFrame& before = frames_.back();
   const ImuBias bias = BiasOf(before.acceleration);
   const ImuNoise white = NoiseOf(options_, model_->scale);
@@ -122,11 +145,9 @@ bool WindowImu::Extend(const FrameMeasurements& measurement, const NoiseModel& n
   if (!motion) return false;
   GraphFrame frame;
   frame.t_ns = measurement.t_ns;
-  frame.state = CarryOn(before.state, *motion, model_->calibration.gravity_world_mps2);
+  frame.state = CarryOn(before.state, *motion, model_->calibration,
+                        RateAt(in_body_, frame.t_ns, bias).value_or(before.state.twist.omega_body));
   frame.acceleration = before.acceleration;
-  if (const auto at = ImuAt(in_body_, frame.t_ns, kLongestImuStepS)) {
-    frame.state.twist.omega_body = at->gyro_radps - bias.gyro_radps;
-  }
   const auto predicted = PredictAt(measurement.t_ns);
   Block spread = Block::Zero();
   if (predicted) spread.topLeftCorner<12, 12>() = predicted->covariance;
@@ -141,50 +162,9 @@ bool WindowImu::Extend(const FrameMeasurements& measurement, const NoiseModel& n
   if (!solved) return false;
   covariance_ = std::move(solved->covariance);
   TakeStates(chain_.graph(), &frames_);
+  if (!border_.Update(&chain_, &covariance_, &frames_)) return false;
+  TakeCalibration();
   return true;
-}
-
-// The tags that the window took, and those that lie where they may be expected.
-std::vector<TagDetection> WindowImu::TagsNear(const GraphFrame& frame, const Block& covariance,
-                                              const std::vector<TagDetection>& tags,
-                                              const std::vector<int>& used) const {
-  constexpr double kNearPx = 5, kSigmas = 4;
-  const double turn = std::sqrt(covariance.topLeftCorner<3, 3>().trace()),
-               way = std::sqrt(covariance.block<3, 3>(3, 3).trace());
-  std::vector<TagDetection> out;
-  GraphFrame one = frame;
-  for (const TagDetection& tag : tags) {
-    const MountedCamera camera = setup_.CameraOf(tag.camera);
-    const Pose cam_from_map = camera.CamFromMap(frame.state.world_from_body);
-    const double depth_m = (cam_from_map * setup_.map.CornersInWorld(tag.id).front()).norm();
-    const double near_px =
-        kNearPx + kSigmas * camera.camera.fx * (turn + way / std::max(0.05, depth_m));
-    one.tags = {tag};
-    const std::vector<double> errors = ReprojectionErrors(setup_, one);
-    const bool near =
-        errors.size() == 4 && *std::max_element(errors.begin(), errors.end()) < near_px;
-    if (near || IsAmong(tag.id, used)) out.push_back(tag);
-  }
-  return out;
-}
-
-// Of a state that says nothing any more.
-bool WindowImu::IsUseless() const {
-  constexpr double kMostM = 0.5, kMostRad = 0.3;
-  const int newest = static_cast<int>(frames_.size()) - 1;
-  const Block& p = covariance_.At(newest, newest);
-  const double turn = p.topLeftCorner<3, 3>().trace(), way = p.block<3, 3>(3, 3).trace();
-  return !(turn < kMostRad * kMostRad && way < kMostM * kMostM);
-}
-
-// Most of the newest frame's tags lie elsewhere, though they were solved with.
-bool WindowImu::Contradicts(const NoiseModel& noise) const {
-  const GraphFrame& newest = frames_.back();
-  const auto agrees = [&](const TagDetection& tag) {
-    return AgreesWith(setup_, noise, newest.state, tag);
-  };
-  const auto n = std::count_if(newest.tags.begin(), newest.tags.end(), agrees);
-  return 2 * static_cast<size_t>(n) < newest.tags.size();
 }
 
 // Its states go on being told, as they are.
@@ -211,25 +191,12 @@ void WindowImu::End() {
 void WindowImu::LetOldestLeave() {
   left_.push_back({frames_[0].t_ns, frames_[0].state, BodyCovariance(covariance_, 0),
                    !frames_[0].tags.empty()});
+  border_.MarginalizeFirst(chain_);
   chain_.MarginalizeFirst();
   frames_.erase(frames_.begin());
   BlockBandedMatrix rest(covariance_.size() - 1, covariance_.bandwidth());
   for (int k = 0; k < rest.size(); ++k) rest.At(k, k) = covariance_.At(k + 1, k + 1);
   covariance_ = std::move(rest);
-}
-
-// What is not known of gravity and of the clock, since the last frame with tags and altogether.
-void WindowImu::Open(int64_t t_ns, FrameEstimate* frame) const {
-  frame->covariance += OfClock(frame->state, found_->time_offset_sigma_s);
-  const double gap_s = std::max(0.0, ToSeconds(t_ns - last_tag_ns_));
-  const double accel = options_.gravity_mps2 * found_->gravity_sigma_rad;
-  const double velocity = accel * gap_s, way = 0.5 * velocity * gap_s;
-  for (int axis = 0; axis < 3; ++axis) {
-    frame->covariance(3 + axis, 3 + axis) += way * way;
-    frame->covariance(6 + axis, 6 + axis) += velocity * velocity;
-    frame->covariance(3 + axis, 6 + axis) += way * velocity;
-    frame->covariance(6 + axis, 3 + axis) += way * velocity;
-  }
 }
 
 void WindowImu::TakeInto(FrameEstimate* frame) const {
@@ -251,35 +218,20 @@ void WindowImu::TakeInto(FrameEstimate* frame) const {
 }
 
 void WindowImu::DropOldSamples() {
-  if (in_body_.empty()) return;
-  const int64_t needed_ns = frames_.empty() ? in_body_.back().t_ns : frames_.front().t_ns;
-  const int64_t keep_ns = needed_ns - 200'000'000;
-  const auto old = std::find_if(in_body_.begin(), in_body_.end(),
-                                [&](const ImuSample& sample) { return sample.t_ns >= keep_ns; });
-  constexpr std::ptrdiff_t kWorthIt = 200;
-  if (old - in_body_.begin() > kWorthIt) in_body_.erase(in_body_.begin(), old);
-}
-
-std::optional<StateAndCovariance> WindowImu::PredictAt(int64_t t_ns) const {
-  if (frames_.empty()) return std::nullopt;
-  const GraphFrame& last = frames_.back();
-  const auto motion = Preintegrate(in_body_, last.t_ns, t_ns, BiasOf(last.acceleration),
-                                   NoiseOf(options_, model_->scale), kLongestImuStepS);
-  if (!motion) return std::nullopt;
-  const int newest = static_cast<int>(frames_.size()) - 1;
-  StateAndCovariance out{CarryOn(last.state, *motion, model_->calibration.gravity_world_mps2),
-                         BodyCovariance(covariance_, newest)};
-  // Of the pose: what the velocity carries on, and the IMU's own noise.
-  StateCovariance onward = StateCovariance::Identity();
-  onward.block<3, 3>(3, 6).diagonal().setConstant(motion->dt_s);
-  out.covariance = (onward * out.covariance * onward.transpose()).eval();
-  const Eigen::Matrix3d rotation = last.state.world_from_body.rotation().toRotationMatrix();
-  out.covariance.block<3, 3>(0, 0) += motion->covariance.block<3, 3>(0, 0);
-  out.covariance.block<3, 3>(3, 3) +=
-      rotation * motion->covariance.block<3, 3>(6, 6) * rotation.transpose();
-  out.covariance.block<3, 3>(6, 6) +=
-      rotation * motion->covariance.block<3, 3>(3, 3) * rotation.transpose();
-  return out;
+  if (samples_.empty()) return;
+  constexpr int64_t kAroundNs = 200'000'000, kWaitNs = 2'000'000'000;
+  int64_t needed_ns = samples_.back().t_ns - kWaitNs;
+  if (!frames_.empty()) {
+    // By the samples' own clock.
+    const double offset_s = model_->calibration.time_offset_s;
+    needed_ns = frames_.front().t_ns + std::llround(1e9 * offset_s) - kAroundNs;
+  }
+  const auto old = std::find_if(samples_.begin(), samples_.end(),
+                                [&](const ImuSample& sample) { return sample.t_ns >= needed_ns; });
+  constexpr std::ptrdiff_t kWorthIt = 50;
+  if (old - samples_.begin() <= kWorthIt) return;
+  if (model_) in_body_.erase(in_body_.begin(), in_body_.begin() + (old - samples_.begin()));
+  samples_.erase(samples_.begin(), old);
 }
 
 std::optional<std::string> WindowImu::Warning() const {

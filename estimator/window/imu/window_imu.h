@@ -10,6 +10,7 @@
 #include "estimator/imu/imu_solve.h"
 #include "estimator/result/estimate.h"
 #include "estimator/solve/quadratic_chain.h"
+#include "estimator/window/imu/calibration_border.h"
 #include "estimator/window/imu/imu_learning.h"
 #include "estimator/window/window_output.h"
 
@@ -17,10 +18,10 @@ namespace tagtwist::internal {
 
 /// An IMU in the states of a window. The window of tags goes on by itself, chooses the tags and
 /// starts anew where it must; beside it the same frames and those without tags are a chain with the
-/// IMU's factors, whose states take the place of the window's once the IMU's calibration is known:
-/// solved from the frames until then (SolveWithImu) after 4, 8, 16, ... s, until it is known well
-/// enough and 16 s have passed. What contradicts the tags, has a hole, or is too uncertain ends the
-/// chain; the next state by tags begins another.
+/// IMU's factors, whose states take the place of the window's. It begins with the calibration that
+/// the frames of the first second say (SolveWithImu), which is then estimated with the states
+/// (CalibrationBorder), and anew with what more frames say of the IMU's noise. What contradicts the
+/// tags, has a hole, or is too uncertain ends the chain; the next state by tags begins another.
 class WindowImu {
  public:
   WindowImu(EstimatorSetup setup, const ImuOptions& options);
@@ -46,7 +47,9 @@ class WindowImu {
     bool has_tags = false;
   };
 
+  void HoldUntil(int64_t t_ns);
   void BeginLearned(ImuSolution solved, const NoiseModel& noise);
+  void TakeCalibration();
   void Begin(const GraphFrame& frame, const Block& covariance, const NoiseModel& noise);
   void BeginFromTags(const FrameEstimate& by_tags, const NoiseModel& noise);
   bool Extend(const FrameMeasurements& measurement, const NoiseModel& noise,
@@ -60,18 +63,17 @@ class WindowImu {
   void LetOldestLeave();
   void TakeInto(FrameEstimate* frame) const;
   void DropOldSamples();
-  void Open(int64_t t_ns, FrameEstimate* frame) const;
 
   EstimatorSetup setup_;
   ImuOptions options_;
   ImuLearning learning_;
-  int64_t last_tag_ns_ = 0;  // in the chain, or before it
   std::optional<ImuModel> model_;
   std::optional<ImuResult> found_;
-  std::vector<ImuSample> in_body_;  // since the chain's oldest frame
-  Acceleration biases_;             // of the newest frame of the last chain
-  Block bias_covariance_;           // with zeros but for them
-  std::vector<GraphFrame> frames_;  // of the chain; none: there is no chain
+  CalibrationBorder border_;
+  std::vector<ImuSample> samples_, in_body_;  // since the chain's oldest frame
+  Acceleration biases_;                       // of the newest frame of the last chain
+  Block bias_covariance_;                     // with zeros but for them
+  std::vector<GraphFrame> frames_;            // of the chain; none: there is no chain
   QuadraticChain chain_;
   BlockBandedMatrix covariance_{0, 0};
   std::deque<Left> left_;  // not yet told at the lag

@@ -9,19 +9,25 @@
 #include "frontend/io/setup/camera_section.h"
 
 namespace tagtwist::internal {
-namespace {
 
-// T_cam_imu: four rows of four.
-void ReadTransform(const YamlValue& node, YamlSection* section, std::optional<Pose>* out) {
+Result<Pose> ReadRigidMatrix(const YamlValue& node) {
   std::vector<double> n;
-  if (Status status = ReadMatrix(node, &n); !status) return section->Keep(status);
+  if (Status status = ReadMatrix(node, &n); !status) return status.error();
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
   if (n.size() == 16) rotation << n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10];
   const double off = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm();
   if (!(off < 1e-3) || !(rotation.determinant() > 0)) {
-    return section->Keep(node.Refuse("a rigid 4 x 4 matrix, got another"));
+    return node.Refuse("a rigid 4 x 4 matrix, got another");
   }
-  *out = MakePose(Eigen::Quaterniond(rotation).normalized(), {n[3], n[7], n[11]});
+  return MakePose(Eigen::Quaterniond(rotation).normalized(), {n[3], n[7], n[11]});
+}
+
+namespace {
+
+void ReadTransform(const YamlValue& node, YamlSection* section, std::optional<Pose>* out) {
+  const auto pose = ReadRigidMatrix(node);
+  if (pose) *out = *pose;
+  if (!pose) section->Keep(pose.error());
 }
 
 // The mount under one of its names, and a note on every other transform or offset.

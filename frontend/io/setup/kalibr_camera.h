@@ -13,6 +13,9 @@ namespace tagtwist::internal {
 /// T_cn_cnm1 and timeshift_cam_imu are read, and noted nowhere: ReadOneOfSeveral tells them.
 Result<CameraFile> ReadKalibrCamera(const YamlValue& node);
 
+/// A rigid transform as four rows of four.
+Result<Pose> ReadRigidMatrix(const YamlValue& node);
+
 /// cam0, cam1, ... of a Kalibr camchain, in its order.
 std::vector<const YamlValue*> KalibrCameras(const YamlValue& root);
 

@@ -14,8 +14,9 @@ namespace {
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
-Estimate Solve(const ImuFlight& flight, const ImuOptions* imu) {
-  BatchEstimator batch(CourseSetUp(), EstimatorOptions());
+Estimate Solve(const ImuFlight& flight, const ImuOptions* imu,
+               const SetUp& set_up = CourseSetUp()) {
+  BatchEstimator batch(set_up, EstimatorOptions());
   if (imu != nullptr) batch.Use({*imu, flight.imu});
   for (const FrameMeasurements& frame : flight.measurements) batch.Add(frame);
   auto out = batch.Solve();
@@ -56,6 +57,48 @@ TEST(ImuInBatch, SlowFindsItsCalibrationAndKeepsItsSigmas) {
   EXPECT_GT(twist, 0.6);
   EXPECT_LT(twist, 1.5);
   EXPECT_LT(calibration, 3);
+}
+
+// One that stands away from the body's origin, with other axes: the same flight by another body.
+// What is told of it may be off, and is found.
+TEST(ImuInBatch, SlowFindsWhereItStandsInTheBody) {
+  ImuFlightOptions options;
+  options.duration_s = 6;
+  options.seed = 5;
+  options.gap_period_s = 3;
+  options.gap_s = 1;
+  ImuFlight flight = SimulateWithImu("agile", options);
+  const Pose body_from_imu = MakePose(ExpSo3({2, -0.5, 0.7}), {0.15, -0.1, 0.2});
+  SetUp set_up = CourseSetUp();
+  RigCamera& camera = set_up.rig.front();
+  camera.cam_from_body = camera.cam_from_body * Inverse(body_from_imu);
+  for (BodyState& state : flight.truth) {
+    const Pose world_from_imu = state.world_from_body;
+    const Eigen::Vector3d rate = body_from_imu.rotation() * state.twist.omega_body;
+    state.world_from_body = world_from_imu * Inverse(body_from_imu);
+    state.twist.v_world -=
+        state.world_from_body.rotation() * rate.cross(body_from_imu.translation());
+    state.twist.omega_body = rate;
+  }
+  ImuOptions imu;
+  const Eigen::Vector3d off(0.012, -0.008, 0.01), turn(0.01, -0.015, 0.02);
+  imu.body_from_imu =
+      MakePose(body_from_imu.rotation() * ExpSo3(-turn), body_from_imu.translation() - off);
+  const Estimate with = Solve(flight, &imu, set_up);
+  ASSERT_TRUE(with.imu) << with.warnings.back();
+  for (const bool with_tags : {true, false}) {
+    const ImuFlightErrors errors = ErrorsOf(with.frames, flight, with_tags);
+    EXPECT_LT(errors.largest_m, 0.04);
+    EXPECT_GT(errors.nees_pose, 0.4) << with_tags;
+    EXPECT_LT(errors.nees_pose, 2) << with_tags;
+    EXPECT_GT(errors.nees_twist, 0.4) << with_tags;
+    EXPECT_LT(errors.nees_twist, 2) << with_tags;
+  }
+  const Eigen::Vector3d place = with.imu->imu_in_body_m - body_from_imu.translation();
+  EXPECT_LT(place.cwiseQuotient(with.imu->imu_in_body_sigma_m).norm(), 4);
+  EXPECT_LT(with.imu->imu_in_body_sigma_m.maxCoeff(), 0.005);
+  EXPECT_LT((with.imu->mount_rad - turn).cwiseQuotient(with.imu->mount_sigma_rad).norm(), 4);
+  EXPECT_LT(with.imu->mount_sigma_rad.maxCoeff(), 0.005);
 }
 
 // Where no tag is seen it carries the state, far nearer than the motion prior does.

@@ -13,31 +13,6 @@
 namespace tagtwist::internal::rig_test {
 namespace {
 
-// The course's camera, and two that look ahead and aside, each with a lens of its own.
-SetUp RigOfThree() {
-  SetUp out = CourseSetUp();
-  out.rig.cameras.resize(3, out.rig.front());
-  for (size_t i = 1; i < 3; ++i) {
-    RigCamera& mounted = out.rig.cameras[i];
-    const double side = i == 1 ? 1 : -1;
-    mounted.name = "cam" + std::to_string(i);
-    mounted.camera.fx = mounted.camera.fy = 280 + 60 * side;
-    mounted.cam_from_body = MakePose(ExpSo3({0.3 * side, 0.2, 0.1 * side}), {0.1 * side, 0.05, 0}) *
-                            out.rig.front().cam_from_body;
-  }
-  return out;
-}
-
-std::vector<TagDetection> Seen(const SetUp& set_up, int camera, const Pose& world_from_body,
-                               double sigma_px, unsigned seed) {
-  const RigCamera& mounted = set_up.rig.cameras[static_cast<size_t>(camera)];
-  auto out = SeeTags(set_up.map, mounted.camera, mounted.cam_from_body * Inverse(world_from_body),
-                     sigma_px, seed);
-  if (out.size() > 3) out.resize(3);
-  for (TagDetection& tag : out) tag.camera = camera;
-  return out;
-}
-
 // Which cameras take frame i.
 using Schedule = std::vector<int> (*)(int i);
 std::vector<int> AllAtOnce(int) { return {0, 1, 2}; }
@@ -52,8 +27,8 @@ ExactModelFlight Fly(const ExactModelOptions& model, Schedule schedule) {
     for (const int camera : schedule(static_cast<int>(i))) {
       const auto seed =
           static_cast<unsigned>(1000 * model.random_seed + 3 * i) + static_cast<unsigned>(camera);
-      for (const TagDetection& tag :
-           Seen(set_up, camera, out.truth[i].world_from_body, model.corner_sigma_px, seed)) {
+      for (const TagDetection& tag : SeenByCamera(set_up, camera, out.truth[i].world_from_body,
+                                                  model.corner_sigma_px, seed)) {
         out.measurements[i].tags.push_back(tag);
       }
     }
@@ -137,7 +112,7 @@ TEST(RigPose, IsThatOfAllCamerasTags) {
   const Pose truth = Hover({1.6, 1.3, 1.3}, 0.4, {0.05, -0.1, 0});
   std::vector<TagDetection> tags;
   for (const int camera : {0, 1, 2}) {
-    const auto own = Seen(set_up, camera, truth, 0, 1);
+    const auto own = SeenByCamera(set_up, camera, truth, 0, 1);
     tags.insert(tags.end(), own.begin(), own.end());
   }
   ASSERT_GT(tags.size(), 4U);

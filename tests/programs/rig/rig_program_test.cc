@@ -107,8 +107,44 @@ TEST_F(RigProgram, ACamchainNeedsNoConfiguration) {
   EXPECT_EQ(ReadText(Path("again/states.csv")), ReadText(Path("results/states.csv")));
 }
 
+// Mounts that nobody has measured, and a clock: the configuration that is written is as good as the
+// true one, and a second run leaves it so.
+TEST_F(RigProgram, SlowCalibratesMountsAndClocks) {
+  const auto rmse_m = [](const nlohmann::json& summary) {
+    return summary["accuracy"]["optimised"]["position_rmse_m"].get<double>();
+  };
+  const double right_m = rmse_m(EstimateRig("right"));
+  std::string text = ReadText(Path("rig.yaml"));
+  const auto replace = [&](const std::string& was, const std::string& is) {
+    ASSERT_NE(text.find(was), std::string::npos);
+    text.replace(text.find(was), was.size(), is);
+  };
+  replace("[0.02, 0.05, 0]", "[0, 0, 0]");
+  replace("[0.02, -0.05, 0]", "[0.1, 0.1, 0.1]");
+  replace("0.007", "0.0");
+  WriteText(Path("rig.yaml"), text);
+  const nlohmann::json found = EstimateRig("found", {"--calibrate"});
+  const auto& cameras = found["calibration"]["cameras"];
+  ASSERT_EQ(cameras.size(), 2U);
+  EXPECT_EQ(cameras[1]["name"], "free");
+  EXPECT_NEAR(cameras[1]["clock_s"].get<double>(), 0.007, 3e-4);
+  EXPECT_EQ(cameras[0]["clock_is_taken"], false);
+  EXPECT_LT(rmse_m(found), 1.2 * right_m);
+  ASSERT_TRUE(fs::exists(Path("found/calibration.yaml")));
+  const nlohmann::json again =
+      Estimate("again", {"--dataset", "flight", "--config", "found/calibration.yaml",
+                         "--use_detections", "--calibrate"});
+  EXPECT_LT(rmse_m(again), 1.2 * right_m);
+  for (const auto& camera : again["calibration"]["cameras"]) {
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_LT(std::abs(camera["mount_shift_m"][a].get<double>()),
+                0.5 * camera["mount_shift_sigma_m"][a].get<double>());
+    }
+  }
+}
+
 TEST_F(RigProgram, WhatIsOfOneCameraIsRefused) {
-  for (const char* flag : {"--calibrate", "--map_unknown_tags", "--write_detections"}) {
+  for (const char* flag : {"--map_unknown_tags", "--write_detections"}) {
     const ProgramRun run =
         RunProgram(folder_.path(), "tagtwist_estimate",
                    {"--dataset", "flight", "--config", "rig.yaml", "--use_detections", flag});

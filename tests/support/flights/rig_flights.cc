@@ -6,6 +6,8 @@
 
 #include "estimator/batch/batch.h"
 #include "frontend/types/nees.h"
+#include "frontend/types/so3.h"
+#include "tests/support/flights/tag_scene.h"
 #include "tests/support/flights/window_run.h"
 
 namespace tagtwist::internal {
@@ -18,6 +20,30 @@ double WholeNees(const FrameEstimate& estimate, const BodyState& truth) {
 }
 
 }  // namespace
+
+SetUp RigOfThree() {
+  SetUp out = CourseSetUp();
+  out.rig.cameras.resize(3, out.rig.front());
+  for (size_t i = 1; i < 3; ++i) {
+    RigCamera& mounted = out.rig.cameras[i];
+    const double side = i == 1 ? 1 : -1;
+    mounted.name = "cam" + std::to_string(i);
+    mounted.camera.fx = mounted.camera.fy = 280 + 60 * side;
+    mounted.cam_from_body = MakePose(ExpSo3({0.3 * side, 0.2, 0.1 * side}), {0.1 * side, 0.05, 0}) *
+                            out.rig.front().cam_from_body;
+  }
+  return out;
+}
+
+std::vector<TagDetection> SeenByCamera(const SetUp& set_up, int camera, const Pose& world_from_body,
+                                       double sigma_px, unsigned seed) {
+  const RigCamera& mounted = set_up.rig.cameras[static_cast<size_t>(camera)];
+  auto out = SeeTags(set_up.map, mounted.camera, mounted.cam_from_body * Inverse(world_from_body),
+                     sigma_px, seed);
+  if (out.size() > 3) out.resize(3);
+  for (TagDetection& tag : out) tag.camera = camera;
+  return out;
+}
 
 void ExpectHonestEstimates(const SetUp& set_up,
                            const std::function<ExactModelFlight(const ExactModelOptions&)>& draw) {

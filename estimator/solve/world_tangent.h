@@ -1,0 +1,31 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "estimator/graph/graph_state.h"
+#include "estimator/linear/block.h"
+
+namespace tagtwist::internal {
+
+/// In which tangent what is known of states that have left is a quadratic form. A world that is
+/// turned as a whole, states and all, moves every state along the same direction of W's tangent,
+/// wherever the states are; along another one of the states' own for each place. A few small tags
+/// hardly show such a turn. With forms in the states' own tangents, made at one place and used at
+/// another, it comes to be known by itself: sigmas are too small by then (Huang, Mourikis and
+/// Roumeliotis 2010; with errors in W Barrau and Bonnabel 2017).
+enum class PriorTangent {
+  kOwn,            // GraphState's error state
+  kWorld,          // DifferenceInWorld
+  kWorldOfBiases,  // the same of states whose accelerations hold an IMU's biases, which do not turn
+};
+
+/// From a reference to a state, 18 entries: [turn in W; what of position, velocity and acceleration
+/// in W is left when the reference is turned so about W's origin; of the rest the difference], in
+/// the order of GraphState's error state.
+GraphStep DifferenceInWorld(const GraphState& state, const GraphState& reference,
+                            PriorTangent tangent);
+
+/// Its derivative by a step of the state.
+Block DifferenceInWorldByStep(const GraphState& state, const GraphState& reference,
+                              PriorTangent tangent);
+
+}  // namespace tagtwist::internal
