@@ -10,7 +10,7 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr int kStateSize = BlockBandedMatrix::kStateSize;
+constexpr int kStateSize = BlockBandedMatrix::kSize;
 
 // Parameters are the basis' modes, and last the clocks. Scaled to unit prior variance.
 struct Scales {
