@@ -39,8 +39,8 @@ Scales ScalesOf(const SystematicBasis& basis, const SystematicErrors& errors,
   return out;
 }
 
-// Over all tags, F what a unit of the parameters adds to their seen corners, r the residual: by the
-// basis' knots, and last the clocks.
+// Over all tags, F what a unit of the parameters adds to their seen corners, r the residual,
+// predicted less seen, which they take F z from: by the basis' knots, and last the clocks.
 struct Normals {
   Eigen::MatrixXd own;                 // F'F, lower triangle
   Eigen::VectorXd gradient;            // F'r
@@ -155,7 +155,7 @@ std::optional<MountBorder> MakeMountBorder(const SystematicBasis& basis,
   const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
   if (llt.info() != Eigen::Success) return std::nullopt;
   const Eigen::VectorXd mean =
-      sigmas.cwiseProduct(llt.solve(sigmas.cwiseProduct(normals.gradient)));
+      -sigmas.cwiseProduct(llt.solve(sigmas.cwiseProduct(normals.gradient)));
   std::vector<int> entries;
   for (int camera = 0; camera < scales.others; ++camera) {
     for (int a = 0; a < 3; ++a) entries.push_back(scales.turns + 3 * camera + a);
