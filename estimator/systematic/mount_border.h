@@ -17,7 +17,7 @@ struct MountPriors {
   double rotation_rad = 0, position_m = 0, clock_s = 0;
 };
 
-/// What a solved graph says of them, the states and the errors that last eliminated.
+/// What a solved graph says of them, the states eliminated.
 struct MountBorder {
   /// Seven a camera: turn(3) [rad] and shift(3) [m] of its mount, and what its clock offset grows
   /// by [s]. The mount that the data want is cam_from_body * (Exp(turn), shift), cam_from_world
@@ -30,13 +30,14 @@ struct MountBorder {
   double StepInSigmas() const;
 };
 
-/// `frames` are the graph's. Lens, map and corners may err as `errors` says, all at once with the
-/// mounts; the first camera says where the body is and what time it is. nullopt where the normal
-/// equations are not positive definite.
+/// `frames` are the graph's, and mounts are right in the basis. The step is that without errors of
+/// lens, map and corners, and what these do to it, of the size of `errors`, is in the covariance;
+/// the first camera says where the body is and what time it is. nullopt where the normal equations
+/// are not positive definite.
 std::optional<MountBorder> MakeMountBorder(const SystematicBasis& basis,
                                            const SystematicErrors& errors,
-                                           const MountPriors& priors, const NoiseModel& noise,
-                                           const Graph& graph,
+                                           const MountPriors& priors, int n_cameras,
+                                           const NoiseModel& noise, const Graph& graph,
                                            const std::vector<GraphFrame>& frames);
 
 }  // namespace tagtwist::internal

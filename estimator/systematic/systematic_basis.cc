@@ -40,8 +40,9 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames) {
   return ids;
 }
 
-SystematicBasis::SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags)
-    : setup_(setup), ids_(tags) {
+SystematicBasis::SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags,
+                                 bool mounts_are_right)
+    : setup_(setup), mounts_are_right_(mounts_are_right), ids_(tags) {
   for (const Camera& camera : setup.Cameras()) fields_.emplace_back(camera.width, camera.height);
   for (int i = 0; i < setup.n_cameras(); ++i) {
     given_.push_back(RootOfGiven(setup_.CameraOf(i), setup.options));
@@ -145,6 +146,12 @@ void SystematicBasis::AddGiven(const Pose& world_from_body, const TagDetection& 
     first += static_cast<int>(given_[static_cast<size_t>(i)].cols());
   }
   for (int k = 0; k < by_columns.cols(); ++k) (*columns)[first + k] = by_columns.col(k);
+}
+
+std::vector<int> SystematicBasis::OfMount(int camera) const {
+  const int first = field_size() + tag_size() + 3 * (camera - 1);
+  const int shift = first + mount_size();
+  return {first, first + 1, first + 2, shift, shift + 1, shift + 2};
 }
 
 bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_body,

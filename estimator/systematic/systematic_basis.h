@@ -28,8 +28,10 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames);
 ///     unit variance. A field that is learned beside them is what they leave.
 class SystematicBasis {
  public:
-  /// Only those tags' own errors are parameters; tag ids.
-  SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags);
+  /// Only those tags' own errors are parameters; tag ids. Mounts that are right: nothing of them is
+  /// learned.
+  SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags,
+                  bool mounts_are_right = false);
 
   /// Parameters as the data are summed up: the field by its knots.
   int size() const;
@@ -45,6 +47,8 @@ class SystematicBasis {
   /// what is not given is none.
   Eigen::MatrixXd TimesGivenSigmas(const Eigen::MatrixXd& effects) const;
 
+  /// The six of the mount of a camera after the first: turns, then shifts.
+  std::vector<int> OfMount(int camera) const;
   /// The first of the parameters of a tag; nullopt: it has none.
   std::optional<int> FirstOfTag(int id) const;
   static constexpr int kTagParameters = 5;
@@ -97,6 +101,7 @@ class SystematicBasis {
                 const Eigen::Matrix<double, 8, 6>& by_mount, Columns* columns) const;
 
   EstimatorSetup setup_;
+  bool mounts_are_right_;
   std::vector<ImageField> fields_;      // of each camera
   std::vector<Eigen::MatrixXd> given_;  // of each camera: RootOfGiven
   std::unordered_map<int, int> tags_;   // id to its place

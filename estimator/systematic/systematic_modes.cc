@@ -33,8 +33,9 @@ std::vector<ParameterGroup> SystematicBasis::Groups() const {
   out[1].is_given = false;  // residuals may show more, never less, than what is given of the tags
   out[1].least = o.tag_sigma_m.value_or(0);
   if (mounts == 0) return out;
-  out.push_back(group(field + tags, mounts, std::nullopt, kMountRad));
-  out.push_back(group(field + tags + mounts, mounts, std::nullopt, kMountM));
+  const std::optional<double> given = mounts_are_right_ ? std::optional(0.0) : std::nullopt;
+  out.push_back(group(field + tags, mounts, given, kMountRad));
+  out.push_back(group(field + tags + mounts, mounts, given, kMountM));
   return out;
 }
 

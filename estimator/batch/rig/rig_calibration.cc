@@ -7,10 +7,14 @@
 #include <utility>
 
 #include "estimator/batch/batch.h"
+#include "estimator/batch/first_solve.h"
+#include "estimator/batch/model_choice.h"
 #include "estimator/batch/rig/rig_start.h"
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/rig/rig_tags.h"
 #include "estimator/solve/contradictions.h"
+#include "estimator/solve/noise_learning.h"
+#include "estimator/solve/noise_rounds.h"
 #include "estimator/start/recording_start.h"
 #include "estimator/start/tags_at_stamp.h"
 #include "frontend/types/so3.h"
@@ -75,9 +79,15 @@ Result<Estimate> RunRig(const SetUp& set_up, const EstimatorOptions& options,
 }
 
 // Under a rolling shutter the corners as of the stamps.
-std::vector<FrameMeasurements> AsOfStamps(const EstimatorSetup& setup, const Trajectory& states,
-                                          std::vector<FrameMeasurements> measurements) {
+Result<std::vector<FrameMeasurements>> AsOfStamps(const SetUp& set_up,
+                                                  const EstimatorOptions& options,
+                                                  std::vector<FrameMeasurements> measurements,
+                                                  const ForRanges& for_ranges) {
+  const EstimatorSetup setup = MakeEstimatorSetup(set_up, options);
   if (!setup.HasRollingShutter()) return measurements;
+  const auto estimate = RunRig(set_up, options, measurements, for_ranges);
+  if (!estimate) return estimate.error();
+  const Trajectory& states = estimate->trajectory;
   for (FrameMeasurements& frame : measurements) {
     const auto motion =
         MotionOfRows(setup, frame.t_ns, [&](int64_t t_ns) { return states.At(t_ns); });
@@ -86,40 +96,36 @@ std::vector<FrameMeasurements> AsOfStamps(const EstimatorSetup& setup, const Tra
   return measurements;
 }
 
-// The graph of an estimate's states once more, solved, and what it says of the mounts.
+// All frames with tags, solved, and what that says of the mounts.
 Result<MountBorder> BorderOf(const SetUp& set_up, const EstimatorOptions& options,
-                             const MountPriors& priors, const Estimate& estimate,
-                             const std::vector<FrameMeasurements>& measurements) {
-  EstimatorSetup setup = MakeEstimatorSetup(set_up, options);
-  const auto seen = AsOfStamps(setup, estimate.trajectory, measurements);
+                             const MountPriors& priors,
+                             const std::vector<FrameMeasurements>& seen) {
+  const EstimatorSetup setup = MakeEstimatorSetup(set_up, options);
   auto starts = StartFrames(setup, seen);
   if (!starts) return starts.error();
   GraphInput input;
   std::vector<const std::vector<TagDetection>*> tags;
   for (size_t i = 0; i < starts->size(); ++i) {
-    GraphFrame& frame = (*starts)[i];
-    if (frame.tags.empty() || estimate.frames[i].status != FrameStatus::kOk) continue;
-    frame.state = estimate.frames[i].state;
-    input.frames.push_back(std::move(frame));
+    if ((*starts)[i].tags.empty()) continue;
+    input.frames.push_back(std::move((*starts)[i]));
     tags.push_back(&seen[i].tags);
   }
   const SolveOptions solve{options.max_iterations, 0};
-  NoiseModel noise = estimate.noise;
-  auto solution = SolveAndInvert(setup, noise, input, solve);
-  if (!solution) return solution.error();
-  TakeStates(solution->graph, &input.frames);
-  if (ReviseTags(setup, noise, solution->graph, tags, /*readmit=*/true, &input.frames)) {
-    solution = SolveAndInvert(setup, noise, input, solve);
-    if (!solution) return solution.error();
-    TakeStates(solution->graph, &input.frames);
+  NoiseModel noise = ChooseNoise(setup, input.frames, InitialNoise(options));
+  auto solution = SolveFromStarts(setup, solve, &input, &noise);
+  constexpr int kMostRounds = 4;
+  for (int round = 0; solution && round < kMostRounds; ++round) {
+    if (!ReviseTags(setup, noise, solution->graph, tags, round == 0, &input.frames)) break;
+    solution = SolveAndLearn(setup, solve, &input, &noise);
   }
+  if (!solution) return solution.error();
   solution = LetMotionVary(setup, solve, std::move(*solution), &input, &noise);
   if (!solution) return solution.error();
-  TakeStates(solution->graph, &input.frames);
-  const SystematicBasis basis(setup, TagsSeenMost(input.frames));
+  const SystematicBasis basis(setup, TagsSeenMost(input.frames), /*mounts_are_right=*/true);
   SystematicErrors errors;
   if (options.systematic_errors) errors = LearnSystematicErrors(basis, noise, input.frames);
-  auto out = MakeMountBorder(basis, errors, priors, noise, solution->graph, input.frames);
+  auto out = MakeMountBorder(basis, errors, priors, setup.n_cameras(), noise, solution->graph,
+                             input.frames);
   if (!out) return Error{"the mounts are tied by nothing"};
   return std::move(*out);
 }
@@ -174,10 +180,10 @@ class RigCalibrator {
     constexpr int kMostRounds = 6;
     constexpr double kSettled = 0.1;
     for (rounds_ = 1; rounds_ <= kMostRounds; ++rounds_) {
-      const auto moved = MoveClocks(measurements_, clocks_s_);
-      const auto estimate = RunRig(now_, options_, moved, for_ranges_);
-      if (!estimate) return estimate.error();
-      auto border = BorderOf(now_, options_, priors_, *estimate, moved);
+      const auto seen =
+          AsOfStamps(now_, options_, MoveClocks(measurements_, clocks_s_), for_ranges_);
+      if (!seen) return seen.error();
+      auto border = BorderOf(now_, options_, priors_, *seen);
       if (!border) return border.error();
       border_ = std::move(*border);
       // What stood open of the clocks is in the step again.
