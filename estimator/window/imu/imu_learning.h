@@ -6,15 +6,20 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
-#include "estimator/imu/imu_solve.h"
+#include "estimator/imu/imu_solution.h"
+#include "estimator/imu/imu_solver.h"
 #include "estimator/window/window_output.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist::internal {
 
+/// The tags of a frame that its state was made with.
+std::vector<TagDetection> TagsOfState(const FrameMeasurements& measurement,
+                                      const WindowOutput& out);
+
 /// Learns an IMU's calibration from the frames of a window as they come: SolveWithImu of those
-/// until then after 4, 8, 16, ... s, until it is known well enough and 16 s have passed. Few enough
-/// frames are kept.
+/// until then after 4, 8, 16, ... s, until it is known well enough and 16 s have passed. It is
+/// worked out over the frames that follow, a piece at each (ImuSolver). Few enough frames are kept.
 class ImuLearning {
  public:
   explicit ImuLearning(const ImuOptions& options) : imu_{options, {}} {}
@@ -23,14 +28,15 @@ class ImuLearning {
   /// Those until then.
   const std::vector<ImuSample>& samples() const { return imu_.samples; }
   void Add(const ImuSample& sample);
-  /// What the window says of a frame. A solution whose newest state is the frame's, where it is
-  /// time for one and it is known well enough.
+  /// What the window says of a frame. A solution of frames before it, where one has been worked out
+  /// and is known well enough.
   std::optional<ImuSolution> Add(const EstimatorSetup& setup, const NoiseModel& noise,
                                  const FrameMeasurements& measurement, const WindowOutput& out);
   /// Why there is none yet.
   const std::string& refusal() const { return refusal_; }
 
  private:
+  std::optional<ImuSolution> GoOn();
   void Keep(const FrameMeasurements& measurement, const WindowOutput& out);
   void ThinOut();
   void DropBefore(int64_t t_ns);
@@ -40,6 +46,8 @@ class ImuLearning {
   std::optional<ImuModel> model_;  // of the last solution
   int64_t kept_spacing_ns_ = 80'000'000;
   double next_s_ = 4;  // after the first of them
+  std::optional<ImuSolver> solver_;
+  double solved_s_ = 0;  // that its frames span
   bool goes_on_ = true;
   std::string refusal_ = "fewer than four seconds of frames with tags came with it";
 };

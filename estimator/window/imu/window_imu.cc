@@ -48,7 +48,7 @@ void WindowImu::AddTo(const FrameMeasurements& measurement, const NoiseModel& no
                       WindowOutput* out) {
   const bool has_tags_state = out->current.status == FrameStatus::kOk;
   if (auto learned = learning_.Add(setup_, noise, measurement, *out)) {
-    BeginLearned(std::move(*learned), noise);
+    TakeLearned(*learned);
   } else if (!frames_.empty()) {
     const bool is_longer = Extend(measurement, noise, out->used_tags);
     if (is_longer && (IsUseless() || Contradicts(noise))) {
@@ -58,7 +58,9 @@ void WindowImu::AddTo(const FrameMeasurements& measurement, const NoiseModel& no
       End();
     }
   }
-  if (frames_.empty() && model_ && has_tags_state) BeginFromTags(out->current, noise);
+  if (frames_.empty() && model_ && has_tags_state) {
+    BeginFromTags(out->current, TagsOfState(measurement, *out), noise);
+  }
   if (!frames_.empty() && !frames_.back().tags.empty()) last_tag_ns_ = frames_.back().t_ns;
   TakeInto(&out->current);
   if (!frames_.empty()) Open(out->current.t_ns, &out->current);
@@ -73,8 +75,9 @@ void WindowImu::AddTo(std::vector<FrameEstimate>* lagged) {
   while (!left_.empty() && left_.front().t_ns <= lagged->back().t_ns) left_.pop_front();
 }
 
-// The newest frame begins a chain with all that was learned.
-void WindowImu::BeginLearned(ImuSolution solved, const NoiseModel& noise) {
+// The next frame with a state by tags begins a chain with what was learned, and the biases as they
+// were at the newest frame that it was learned from.
+void WindowImu::TakeLearned(const ImuSolution& solved) {
   End();
   model_ = solved.model;
   found_ = solved.found;
@@ -84,7 +87,9 @@ void WindowImu::BeginLearned(ImuSolution solved, const NoiseModel& noise) {
   for (const Eigen::VectorXd& error : solved.shared_errors) {
     covariance += error.tail<kBlockSize>() * error.tail<kBlockSize>().transpose();
   }
-  Begin(solved.input.frames.back(), covariance, noise);
+  biases_ = solved.input.frames.back().acceleration;
+  bias_covariance_.setZero();
+  bias_covariance_.bottomRightCorner<6, 6>() = covariance.bottomRightCorner<6, 6>();
 }
 
 // A chain of a frame whose state and covariance have all that is known of it.
@@ -101,8 +106,10 @@ void WindowImu::Begin(const GraphFrame& frame, const Block& covariance, const No
   frames_ = {frame};
 }
 
-void WindowImu::BeginFromTags(const FrameEstimate& by_tags, const NoiseModel& noise) {
+void WindowImu::BeginFromTags(const FrameEstimate& by_tags, std::vector<TagDetection> tags,
+                              const NoiseModel& noise) {
   GraphFrame frame;
+  frame.tags = std::move(tags);
   frame.t_ns = by_tags.t_ns;
   frame.state = by_tags.state;
   frame.acceleration = biases_;

@@ -46,9 +46,10 @@ class WindowImu {
     bool has_tags = false;
   };
 
-  void BeginLearned(ImuSolution solved, const NoiseModel& noise);
+  void TakeLearned(const ImuSolution& solved);
   void Begin(const GraphFrame& frame, const Block& covariance, const NoiseModel& noise);
-  void BeginFromTags(const FrameEstimate& by_tags, const NoiseModel& noise);
+  void BeginFromTags(const FrameEstimate& by_tags, std::vector<TagDetection> tags,
+                     const NoiseModel& noise);
   bool Extend(const FrameMeasurements& measurement, const NoiseModel& noise,
               const std::vector<int>& used);
   std::vector<TagDetection> TagsNear(const GraphFrame& frame, const Block& covariance,
