@@ -8,7 +8,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
 
-#include "apps/estimate/calibrate.h"
+#include "apps/estimate/calibrate/calibrate.h"
 #include "apps/estimate/doubts.h"
 #include "apps/estimate/estimate_flags.h"
 #include "apps/estimate/inputs.h"
@@ -16,6 +16,7 @@
 #include "apps/estimate/outcome.h"
 #include "apps/estimate/pieces.h"
 #include "apps/estimate/profile.h"
+#include "apps/estimate/rows.h"
 #include "apps/estimate/sources.h"
 #include "apps/support/clean_end.h"
 #include "apps/support/guarded_main.h"
@@ -29,9 +30,9 @@
 #include "estimator/online/config_text.h"
 #include "estimator/online/recording_options.h"
 #include "estimator/report/result_writer.h"
+#include "estimator/result/run_tally.h"
 #include "frontend/base/files/file_set.h"
 #include "frontend/base/spans.h"
-#include "frontend/io/tables/detections_csv.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -87,13 +88,14 @@ void TakeBodies(const EstimateJob& job, const Config& config, std::vector<BodyEs
   to->map_moves = config.set_up.rig.mounted_on == MountedOn::kWorld;
   to->body = config.body;
   to->of_others = std::move(of_others);
-  for (const BodyEstimate& other : to->of_others) {
+  for (size_t i = 0; i < to->of_others.size(); ++i) {
+    const BodyEstimate& other = to->of_others[i];
+    const auto& all = to->facts.all_of_others;
     for (const std::string& warning : other.estimate.warnings) {
       std::cerr << "tagtwist_estimate: warning: " << other.name << ": " << warning << "\n";
     }
-    const auto n = std::count_if(
-        other.estimate.frames.begin(), other.estimate.frames.end(),
-        [](const FrameEstimate& frame) { return frame.status != FrameStatus::kNoFix; });
+    const RunTally tally = TallyOf(other.estimate, i < all.size() ? all[i].get() : nullptr);
+    const size_t n = tally.frames.with_state;
     Messages(job) << other.name << ": " << n << " states\n";
   }
 }
@@ -102,14 +104,13 @@ void TakeBodies(const EstimateJob& job, const Config& config, std::vector<BodyEs
 // a file that states go to lacks some.
 Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, const Inputs& taken,
                                   RunOptions options, DataSource* source, ResultContext* context,
-                                  std::string* lost) {
+                                  std::unique_ptr<ResultRows>* rows, std::string* lost) {
   const Span span(job.run.spans, "estimate");
   TagSample sample;
-  if (job.write_detections) context->detections_csv = MeasuredTagsHeader();
+  WriteAsTheyCome(job, rows->get(), &options);
   options.on_measurements = [&](const FrameMeasurements& frame) {
     sample.Add(frame);
-    if (!job.write_detections) return;
-    context->detections_csv += FormatMeasuredTags(frame.t_ns, frame.tags, frame.doubled_ids);
+    static_cast<void>((*rows)->AddMeasured(frame));  // told when the results are written
   };
   const bool goes_out = !job.stream.empty() || job.publish.IsAsked();
   auto run = goes_out ? RunAndPublish(job, source, config, options, lost)
@@ -117,7 +118,10 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
   const Doubts doubts = DoubtsOf(job, config, sample, context->truth,
                                  run ? &run->estimate : nullptr, run ? "" : run.error().message);
   RememberInputs(job, config, taken, &context->facts);
-  if (!run) return FailureOf(job, run.error(), taken, doubts, context->facts);
+  if (!run) {
+    rows->reset();
+    return FailureOf(job, run.error(), taken, doubts, context->facts);
+  }
   std::vector<std::string>& warnings = run->estimate.warnings;
   std::vector<std::string> first = taken.warnings;  // what is wrong as a whole before its traces
   for (const Fault& fault : doubts) {
@@ -126,7 +130,9 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
   }
   warnings.insert(warnings.begin(), first.begin(), first.end());
   if (run->facts.live) {
-    std::cerr << "tagtwist_estimate: " << LiveText(*run->facts.live, run->estimate.frames.size())
+    std::cerr << "tagtwist_estimate: "
+              << LiveText(*run->facts.live,
+                          TallyOf(run->estimate, run->facts.all.get()).frames.frames)
               << "\n";
   }
   for (const std::string& warning : warnings) {
@@ -135,10 +141,13 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
   return run;
 }
 
-Status WriteResultsOf(const EstimateJob& job, const Estimate& estimate,
-                      const ResultContext& context) {
-  const Span span(job.run.spans, "write results");
-  return WriteResults(job.output, estimate, context);
+// What a run tells, beside what was known before.
+void TakeFacts(RunFacts of_run, RunFacts* facts) {
+  of_run.inputs = std::move(facts->inputs);
+  of_run.taken = std::move(facts->taken);
+  of_run.doubts = std::move(facts->doubts);
+  of_run.configuration = std::move(facts->configuration);
+  *facts = std::move(of_run);
 }
 
 // Everything between the flags and the last line printed. --tracks is of this run alone: what a
@@ -178,24 +187,23 @@ Status Run(const EstimateJob& job, Config config, bool configured_tracks, CleanE
     return FailureOf(job, done.error(), *taken, {}, context.facts);
   }
   if (job.realtime || IsCamera(job.dataset)) MakeLive(job, &*source, &options, end);
+  auto rows = ResultRows::Begin(job.output, RowsOf(job, config));
+  if (!rows) return rows.error();
   std::string lost;
-  auto run = EstimateWatched(job, config, *taken, options, source->get(), &context, &lost);
+  auto run = EstimateWatched(job, config, *taken, options, source->get(), &context, &*rows, &lost);
   if (!run) return run.error();
   const Estimate& estimate = run->estimate;
   if (job.calibrate && !(*source)->imu().empty()) {
     context.gyro = AlignGyroTo(job, estimate, config, (*source)->imu());
   }
-  context.rows = CompareMethods(estimate, context.truth, {});
-  TakeBodies(job, config, std::move(run->of_others), &context);
+  context.rows = CompareMethods(estimate, context.truth, {}, run->facts.all.get());
   context.write_covariance = job.write_covariance;
-  run->facts.inputs = std::move(context.facts.inputs);
-  run->facts.taken = std::move(context.facts.taken);
-  run->facts.doubts = std::move(context.facts.doubts);
-  run->facts.configuration = std::move(context.facts.configuration);
-  context.facts = std::move(run->facts);
+  TakeFacts(std::move(run->facts), &context.facts);
+  TakeBodies(job, config, std::move(run->of_others), &context);
   context.facts.wall_s = 1e-3 * watch.ElapsedMs();
   context.facts.peak_rss_mib = PeakRssMib();
-  if (const auto written = WriteResultsOf(job, estimate, context); !written) return written;
+  if (const auto written = WriteResultsOf(job, std::move(*rows), estimate, context); !written)
+    return written;
   if (estimate.imu) Messages(job) << TextOf(*estimate.imu) << "\n";
   *worst = TellResults(job, estimate, context, &Messages(job));
   if (!job.overlay.empty()) {

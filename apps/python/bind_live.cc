@@ -63,7 +63,8 @@ class Live {
     feed_ = std::make_unique<LiveFeed>(TakeOrRaise(OpenPlace(place, config)), options);
     RunOptions run;
     run.sliding_window = true;
-    run.keeps_states = run.progress = false;
+    run.most_kept = 1;
+    run.progress = false;
     run.age_ms = [this](int64_t t_ns) { return feed_->AgeMs(t_ns); };
     run_.emplace(TakeOrRaise(OnlineRun::Create(place, feed_.get(), config, run)));
   }

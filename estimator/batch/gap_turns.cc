@@ -34,6 +34,7 @@ struct Way {
   double rest = 0;       // half the sum of squares of all but the motion over the gap
   double corners = 0;    // of which the corners'
   double of_motion = 0;  // logarithm of the likelihood of the motion over the gap: Student's t
+  double turned = 0;     // e' Q^-1 e of the attitude's part of it, at the density that was expected
 };
 
 double OfStudent(double squares) {
@@ -64,6 +65,7 @@ std::optional<Way> SolveWay(const EstimatorSetup& setup, const SolveOptions& opt
       out.corners = CostOfCorners(setup, noise, input.frames, out.solution);
       out.of_motion = OfStudent(raised.linear * motion.linear.sum) +
                       OfStudent(raised.angular * motion.angular.sum);
+      out.turned = raised.angular * motion.angular.sum;
       return out;
     }
     raised = next;
@@ -78,6 +80,30 @@ double GainOf(const Way& other, const Way& kept) {
   const double of_corners = kept.corners - other.corners;
   const double of_rest = kept.rest - other.rest - of_corners;
   return of_corners + kTrustInMotion * (of_rest + other.of_motion - kept.of_motion);
+}
+
+// Of a body that turned in a gap otherwise than its rates on both sides and its motion before say,
+// these tell nothing of the way: others remain as likely as bodies turn so fast. The least
+// logarithm of the likelihood of that way over the kept one's.
+std::optional<double> LeastGain(const std::vector<GraphFrame>& frames, const FrameRange& gap,
+                                const Way& kept, const GapTurn& other) {
+  constexpr double kLeast = -1.6, kUsualRate = 6.3;  // a fifth; rad/s
+  if (!(kept.turned > kMostByChance)) return std::nullopt;
+  const GraphFrame& first = frames[static_cast<size_t>(gap.first)];
+  const GraphFrame& last = frames[static_cast<size_t>(gap.last)];
+  const double dt_s = ToSeconds(last.t_ns - first.t_ns);
+  const Eigen::Vector3d expected =
+      0.5 * dt_s * (first.state.twist.omega_body + last.state.twist.omega_body);
+  const GapTurn turn = TurnThrough(frames, gap);
+  if (!IsUnexpected(turn.whole + turn.rest, expected)) return std::nullopt;
+  const double rate = (other.whole + other.rest).norm() / dt_s;
+  return kLeast - std::pow(rate / kUsualRate, 2);
+}
+
+// A way that no body could take may have no solution but numbers.
+bool IsFinite(const OtherAccount& account) {
+  return std::all_of(account.covariances.begin(), account.covariances.end(),
+                     [](const Block& block) { return block.allFinite(); });
 }
 
 // What is to know of a gap: the kept way, and the others.
@@ -105,13 +131,18 @@ std::optional<GapAccount> LookAt(const EstimatorSetup& setup, const SolveOptions
   for (const int direction : {1, -1}) {
     for (int turns = 1; turns <= kMostTurns; ++turns) {
       GraphInput input = stretch.input;
-      LayBridges(TurnedOn(input.frames, there, turn, direction * turns), there, &input.frames);
+      const GapTurn on = TurnedOn(input.frames, there, turn, direction * turns);
+      const auto least = LeastGain(input.frames, there, out.kept, on);
+      LayBridges(on, there, &input.frames);
       const auto other =
           SolveWay(setup, options, noise, there, expected, out.kept.raised, std::move(input));
       if (!other || AreTheSame(other->solution, out.kept.solution.graph.states)) break;
-      const double gain = GainOf(*other, out.kept);
+      double gain = GainOf(*other, out.kept);
+      if (least && turns == 1) gain = std::max(gain, *least);
       if (!(gain > kLeastGain)) break;
-      out.others.others.push_back(AccountOf(other->solution, gain));
+      OtherAccount account = AccountOf(other->solution, gain);
+      if (!IsFinite(account)) break;
+      out.others.others.push_back(std::move(account));
     }
   }
   std::stable_sort(out.others.others.begin(), out.others.others.end(),

@@ -62,8 +62,11 @@ double OpenTurnSigma(const MotionPrior& angular, double dt_s) {
 }
 
 // Whether the body may have turned another way.
-bool IsOpen(const Eigen::Vector3d& rest, const Eigen::Vector3d& expected, double sigma_rad) {
-  return std::max({rest.norm(), expected.norm(), 2 * sigma_rad}) > kOpenTurnRad;
+bool IsOpen(const Eigen::Vector3d& rest, const Eigen::Vector3d& expected, double sigma_rad,
+            double dt_s) {
+  constexpr double kFastest = 12;  // rad/s that the long way round may take in the mean
+  if (std::max({rest.norm(), expected.norm(), 2 * sigma_rad}) > kOpenTurnRad) return true;
+  return IsUnexpected(rest, expected) && 2 * kPi - rest.norm() < kFastest * dt_s;
 }
 
 // The intervals that are four times as long as most, and a tenth of a second.
@@ -138,7 +141,7 @@ std::vector<FrameRange> FindAndBridgeGaps(const NoiseModel& noise, std::vector<i
       const Eigen::Vector3d rest = TurnBetween(At(old, k - 1), At(old, k)),
                             expected = ExpectedTurn(old, {k - 1, k}, beside_s);
       const double dt_s = SecondsBetween(At(old, k - 1), At(old, k));
-      if (IsOpen(rest, expected, OpenTurnSigma(noise.angular, dt_s))) {
+      if (IsOpen(rest, expected, OpenTurnSigma(noise.angular, dt_s), dt_s)) {
         const Eigen::Vector3d axis = (rest.norm() > 0.5 ? rest : expected).normalized();
         const GapTurn turn{WholeTurns(axis, axis.dot(expected - rest)), rest};
         auto between =

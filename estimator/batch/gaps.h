@@ -24,6 +24,13 @@ struct GapTurn {
 std::vector<FrameRange> FindAndBridgeGaps(const NoiseModel& noise, std::vector<int>* state_of_frame,
                                           GraphInput* input);
 
+/// Whether a body turned in a gap, by half a radian, and so much otherwise than the rates on both
+/// sides of it say: then these tell nothing of the way.
+inline bool IsUnexpected(const Eigen::Vector3d& turn, const Eigen::Vector3d& expected) {
+  constexpr double kRad = 0.5;
+  return turn.norm() > kRad && (turn - expected).norm() > kRad;
+}
+
 /// Whether bridges stand in the gap.
 inline bool IsBridged(const FrameRange& gap) { return gap.last > gap.first + 1; }
 

@@ -18,10 +18,14 @@ constexpr double kLikelier = 0.5;
 
 // An account's weight in the mixture of its stretch.
 std::vector<double> Weights(const OpenAccounts& accounts) {
-  double sum = 1;
-  for (const OtherAccount& other : accounts.others) sum += std::exp(other.gain);
+  constexpr double kMostGain = 50;  // beyond what a double's exponential holds lies nothing else
   std::vector<double> out;
-  for (const OtherAccount& other : accounts.others) out.push_back(std::exp(other.gain) / sum);
+  double sum = 1;
+  for (const OtherAccount& other : accounts.others) {
+    out.push_back(std::exp(std::min(other.gain, kMostGain)));
+    sum += out.back();
+  }
+  for (double& weight : out) weight /= sum;
   return out;
 }
 

@@ -1,30 +1,13 @@
 #pragma once
-#include <Eigen/Core>
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
-#include "estimator/graph/trajectory.h"
 #include "estimator/imu/imu_factors.h"
-#include "estimator/result/imu_result.h"
-#include "estimator/solve/smoother.h"
+#include "estimator/imu/imu_solution.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
-
-/// States with an IMU in the graph, and its calibration, found together.
-struct ImuSolution {
-  GraphInput input;
-  NoiseModel noise;   // priors on acceleration of density 1, times what each interval has
-  Solution solution;  // its covariance is given the calibration
-  ImuModel model;
-  ImuResult found;
-  ImuStepCovariance calibration_covariance = ImuStepCovariance::Zero();
-  /// What a unit of each of the calibration's independent errors does to all states, side by side:
-  /// their second moment belongs to the covariance. In order of the columns of a lower triangular
-  /// root of the calibration's covariance.
-  std::vector<Eigen::VectorXd> shared_errors;
-};
 
 /// Solves frames whose states tags alone have said, with an IMU besides: biases are states, and
 /// gravity's direction, the IMU's clock and its axes are found with them (Gauss-Newton, the states
@@ -35,18 +18,5 @@ struct ImuSolution {
 Result<ImuSolution> SolveWithImu(const EstimatorSetup& setup, const NoiseModel& noise,
                                  const ImuRecord& imu, std::vector<GraphFrame> frames,
                                  const ImuModel* known = nullptr, bool by_likelihood = true);
-
-/// Adds the second moment of those errors.
-void AddSharedErrors(const std::vector<Eigen::VectorXd>& errors, Trajectory* trajectory,
-                     std::vector<StateCovariance>* covariances);
-
-/// What all frames may be turned by alike the IMU's axes and gravity are taken for.
-void Widen(double common_rotation_sigma_rad, ImuResult* found);
-
-/// The prior on motion plays no part where the IMU measures it: on acceleration, of density 1.
-NoiseModel WithImu(const NoiseModel& noise);
-
-/// In words, one line.
-std::string TextOf(const ImuResult& found);
 
 }  // namespace tagtwist::internal

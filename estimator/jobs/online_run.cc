@@ -1,9 +1,10 @@
 #include "estimator/jobs/online_run.h"
 
-#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "estimator/jobs/kept/kept_states.h"
+#include "estimator/jobs/kept/told_bodies.h"
 #include "estimator/jobs/measurement_stream.h"
 #include "estimator/jobs/recording_walk.h"
 #include "estimator/jobs/stamp_error.h"
@@ -11,33 +12,17 @@
 #include "estimator/live/stopwatch.h"
 #include "estimator/online/imu/imu_feed.h"
 #include "estimator/online/online_estimator.h"
-#include "estimator/result/body_in_world.h"
 #include "frontend/base/spans.h"
 
 namespace tagtwist::internal {
 namespace {
 
-bool HasFix(const std::vector<FrameEstimate>& frames) {
-  return std::any_of(frames.begin(), frames.end(), [](const FrameEstimate& frame) {
-    return frame.status != FrameStatus::kNoFix;
-  });
-}
-
-void KeepOutput(WindowOutput output, Estimate* estimate) {
-  for (FrameEstimate& left : output.lagged) estimate->lagged.push_back(std::move(left));
-  estimate->frames.push_back(std::move(output.current));
-  estimate->reprojection_px.insert(estimate->reprojection_px.end(), output.reprojection_px.begin(),
-                                   output.reprojection_px.end());
-}
-
 SeenBody SeenOf(const FrameMeasurements& measured, const WindowOutput& output) {
   return {output.current, measured.tags, output.used_tags, output.reprojection_px};
 }
 
-// What a window says when it is at its end.
-void KeepEnd(OnlineEstimator* estimator, Estimate* estimate) {
-  for (FrameEstimate& frame : estimator->Finish()) estimate->lagged.push_back(std::move(frame));
-  const SlidingWindow& window = estimator->window();
+// What a window says of itself when it is at its end.
+void TakeEnd(const SlidingWindow& window, Estimate* estimate) {
   estimate->noise = window.noise();
   estimate->reprojection = window.Reprojection();
   estimate->cameras = window.Cameras();
@@ -61,7 +46,8 @@ struct OnlineRun::Impl {
         config(WithStampError(with_config, *from)),
         imu(from->imu(), with_config.imu.time_offset_s),
         options(with_options),
-        walk(dataset, from->stamps_ns().size(), with_options) {
+        walk(dataset, from->stamps_ns().size(), with_options),
+        times(with_options.most_kept, with_options.deadline_ms) {
     out.estimate.mode = EstimateMode::kSlidingWindow;
     out.facts.dataset = dataset;
     out.facts.deadline_ms = options.deadline_ms;
@@ -74,8 +60,8 @@ struct OnlineRun::Impl {
   void TakeTime(FrameStage stage);
   Result<std::optional<WindowOutput>> NextOfImage();
   Result<std::optional<WindowOutput>> NextOfStream();
-  void Forget();
-  void Keep(WindowOutput output);
+  Status Tell(const WindowOutput& output);
+  Status FinishBody(size_t body, OnlineEstimator* of_body, Estimate* estimate);
   Status AddToOthers(std::vector<FrameMeasurements> measurements);
 
   OnlineFrame frame;
@@ -87,7 +73,11 @@ struct OnlineRun::Impl {
   std::optional<FrameDeadline> deadline;
   Stopwatch since_last_stage;
   std::optional<OnlineEstimator> estimator;
-  std::vector<OnlineEstimator> of_others;   // of Config::bodies
+  std::vector<OnlineEstimator> of_others;    // of Config::bodies
+  std::vector<WindowOutput> others_outputs;  // of the latest frame
+  std::optional<ToldBodies> told;            // all of them
+  StageTimes frame_times;                    // of the latest frame
+  KeptTimes times;
   std::optional<MeasurementStream> stream;  // where detection is not guided
   RunResult out;
 };
@@ -115,6 +105,8 @@ Status OnlineRun::Impl::MakeEstimator() {
   estimator.emplace(std::move(*made));
   const auto set_ups = config.SetUps();
   frame.bodies.resize(set_ups.size());
+  told.emplace(set_ups.size(), config.set_up.rig.mounted_on == MountedOn::kBody, options);
+  others_outputs.resize(set_ups.size() - 1);
   for (size_t i = 1; i < set_ups.size(); ++i) {
     Config of_body = config;
     of_body.set_up = set_ups[i];
@@ -138,16 +130,15 @@ Status OnlineRun::Impl::MakeEstimator() {
 }
 
 void OnlineRun::Impl::TakeTime(FrameStage stage) {
-  StageTimes& times = out.facts.times;
   const double ms = since_last_stage.ElapsedMs();
   if (stage == FrameStage::kDetect) {
-    times.detect_ms.push_back(ms);
-    times.frame_ms.push_back(0);
+    frame_times.detect_ms.push_back(ms);
+    frame_times.frame_ms.push_back(0);
   }
-  if (stage == FrameStage::kTrack) times.track_ms.push_back(ms);
-  if (stage == FrameStage::kClosedForm) times.seed_ms.push_back(ms);
-  if (stage == FrameStage::kSolve) times.optimise_ms.push_back(ms);
-  times.frame_ms.back() += ms;
+  if (stage == FrameStage::kTrack) frame_times.track_ms.push_back(ms);
+  if (stage == FrameStage::kClosedForm) frame_times.seed_ms.push_back(ms);
+  if (stage == FrameStage::kSolve) frame_times.optimise_ms.push_back(ms);
+  frame_times.frame_ms.back() += ms;
   since_last_stage = Stopwatch();
 }
 
@@ -172,7 +163,7 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfStream() {
   auto taken = stream->Next();
   if (!taken) return taken.error();
   if (!*taken || !walk.Takes((*taken)->measurements.t_ns)) return std::optional<WindowOutput>();
-  AddStageTimes(**taken, &out.facts.times);
+  AddStageTimes(**taken, &frame_times);
   since_last_stage = Stopwatch();
   if (options.on_measurements) options.on_measurements((*taken)->measurements);
   if (options.use_imu) estimator->AddImu(imu.Until((*taken)->measurements.t_ns));
@@ -191,39 +182,33 @@ Status OnlineRun::Impl::AddToOthers(std::vector<FrameMeasurements> measurements)
     auto output = of_others[i].AddMeasurements(std::move(measurements[i]));
     if (!output) return Error{out.of_others[i].name + ": " + output.error().message};
     frame.bodies[i + 1] = SeenOf(of_others[i].measurements(), *output);
-    KeepOutput(std::move(*output), &out.of_others[i].estimate);
+    others_outputs[i] = std::move(*output);
   }
   return Ok();
 }
 
-// What went before.
-void OnlineRun::Impl::Forget() {
-  out.facts.times = StageTimes();
-  if (out.facts.live) out.facts.live->latency_ms.clear();
-  const auto forget = [](Estimate* estimate) {
-    estimate->frames.clear();
-    estimate->lagged.clear();
-    estimate->reprojection_px.clear();
-  };
-  forget(&out.estimate);
-  for (BodyEstimate& other : out.of_others) forget(&other.estimate);
-}
-
-void OnlineRun::Impl::Keep(WindowOutput output) {
-  Estimate& estimate = out.estimate;
+// What is known of a frame, to those who are told and to what is kept.
+Status OnlineRun::Impl::Tell(const WindowOutput& output) {
   if (options.age_ms) {
     frame.age_ms = options.age_ms(output.current.t_ns);
-    out.facts.live->latency_ms.push_back(frame.age_ms);
+    times.AddLatency(frame.age_ms);
     if (options.frames_dropped) frame.frames_dropped = options.frames_dropped();
     out.facts.live->frames_dropped = frame.frames_dropped;
   }
+  times.Add(frame_times);
   frame.bodies.front() = SeenOf(estimator->measurements(), output);
-  if (config.set_up.rig.mounted_on == MountedOn::kBody) {
-    for (size_t i = 1; i < frame.bodies.size(); ++i) {
-      frame.bodies[i].state = BodyInWorld(output.current, frame.bodies[i].state);
-    }
+  if (const Status done = told->Tell(&frame.bodies); !done) return done;
+  if (const Status done = told->TellLagged(0, output.lagged); !done) return done;
+  for (size_t i = 0; i < others_outputs.size(); ++i) {
+    if (const Status done = told->TellLagged(i + 1, others_outputs[i].lagged); !done) return done;
   }
-  KeepOutput(std::move(output), &estimate);
+  return Ok();
+}
+
+Status OnlineRun::Impl::FinishBody(size_t body, OnlineEstimator* of_body, Estimate* estimate) {
+  if (const Status done = told->TellLagged(body, of_body->Finish()); !done) return done;
+  TakeEnd(of_body->window(), estimate);
+  return Ok();
 }
 
 Result<OnlineRun> OnlineRun::Create(const std::string& dataset, DataSource* source,
@@ -244,13 +229,17 @@ OnlineRun::~OnlineRun() = default;
 Result<const FrameEstimate*> OnlineRun::Next() {
   const FrameEstimate* const end = nullptr;
   if (!impl_->walk.HasRoom()) return end;
-  if (!impl_->options.keeps_states) impl_->Forget();
+  StageTimes& times = impl_->frame_times;
+  for (auto* ms :
+       {&times.detect_ms, &times.track_ms, &times.seed_ms, &times.optimise_ms, &times.frame_ms}) {
+    ms->clear();
+  }
   const Span span(impl_->options.spans, "frame");
   auto output = impl_->stream ? impl_->NextOfStream() : impl_->NextOfImage();
   if (!output) return output.error();
   if (!*output) return end;
-  impl_->Keep(std::move(**output));
-  const FrameEstimate* const state = &impl_->out.estimate.frames.back();
+  if (const Status done = impl_->Tell(**output); !done) return done.error();
+  const FrameEstimate* const state = &impl_->frame.bodies.front().state;
   return state;
 }
 
@@ -259,23 +248,27 @@ const OnlineFrame& OnlineRun::frame() const { return impl_->frame; }
 Result<RunResult> OnlineRun::Finish() {
   auto warnings = impl_->walk.Finish();
   if (!warnings) return warnings.error();
+  RunResult& out = impl_->out;
   if (const auto fine = impl_->estimator->window().CheckSetUp(); !fine) {
-    return Error{impl_->out.facts.dataset + ": " + fine.error().message};
+    return Error{out.facts.dataset + ": " + fine.error().message};
   }
-  Estimate& estimate = impl_->out.estimate;
-  estimate.warnings = std::move(*warnings);
-  KeepEnd(&*impl_->estimator, &estimate);
-  if (!HasFix(estimate.frames) && !HasFix(estimate.lagged)) {
-    return Error{impl_->out.facts.dataset + ": no frame has a tag of the map that gives a pose"};
+  out.estimate.warnings = std::move(*warnings);
+  const Status finished = impl_->FinishBody(0, &*impl_->estimator, &out.estimate);
+  if (!finished) return finished.error();
+  if (!impl_->told->kept(0).HasFix()) {
+    return Error{out.facts.dataset + ": no frame has a tag of the map that gives a pose"};
   }
+  out.facts.all = impl_->told->kept(0).MoveTo(&out.estimate);
+  impl_->times.MoveTo(&out.facts);
   for (size_t i = 0; i < impl_->of_others.size(); ++i) {
-    Estimate& other = impl_->out.of_others[i].estimate;
-    KeepEnd(&impl_->of_others[i], &other);
-    if (impl_->config.set_up.rig.mounted_on == MountedOn::kBody) PutInWorld(estimate, &other);
-    if (HasFix(other.frames) || HasFix(other.lagged)) continue;
-    other.warnings.emplace_back("no frame has a tag of it that gives a pose");
+    Estimate& other = out.of_others[i].estimate;
+    const Status done = impl_->FinishBody(i + 1, &impl_->of_others[i], &other);
+    if (!done) return done.error();
+    const bool has_fix = impl_->told->kept(i + 1).HasFix();
+    out.facts.all_of_others.push_back(impl_->told->kept(i + 1).MoveTo(&other));
+    if (!has_fix) other.warnings.emplace_back("no frame has a tag of it that gives a pose");
   }
-  return std::move(impl_->out);
+  return std::move(out);
 }
 
 }  // namespace tagtwist::internal

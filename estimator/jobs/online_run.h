@@ -40,8 +40,8 @@ class OnlineRun {
   Result<const FrameEstimate*> Next();
   /// That state, those of other bodies, and what they were made from, until the next call.
   const OnlineFrame& frame() const;
-  /// All of the run, after the end. An error when no frame has a usable tag. Without
-  /// RunOptions::keeps_states it is not to be asked for.
+  /// All of the run, after the end, of the states that RunOptions::most_kept leaves. An error when
+  /// no frame has a usable tag.
   Result<RunResult> Finish();
 
  private:

@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "estimator/online/online_options.h"
+#include "estimator/result/estimate.h"
+#include "frontend/base/result.h"
 #include "frontend/base/spans.h"
 #include "frontend/types/measured_tags.h"
 #include "frontend/types/measurements.h"
@@ -31,8 +33,12 @@ struct RunOptions {
   std::function<double(int64_t t_ns)> age_ms;
   /// Live: how many frames were dropped so far.
   std::function<size_t()> frames_dropped;
-  /// Window, state by state: false for a run without an end, whose memory does not grow.
-  bool keeps_states = true;
+  /// Window: of how many frames the result of the run has states, evenly spread over a longer one
+  /// (RunFacts::all); 1: of none, for runs without an end, which are not finished.
+  size_t most_kept = std::numeric_limits<size_t>::max();
+  /// Window: a body's state at each frame (BodyNames), and the same at the window's lag, in order
+  /// and as soon as it is known. An error ends the run.
+  std::function<Status(size_t body, const FrameEstimate&)> on_state = {}, on_lagged = {};
   /// Told of each stage as it begins and ends; it must outlive the run. nullptr: nobody.
   SpanObserver* spans = nullptr;
   int threads = 1;       // >= 1; the result does not depend on it

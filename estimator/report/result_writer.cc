@@ -13,12 +13,13 @@
 #include "estimator/report/files/calibration_json.h"
 #include "estimator/report/files/mapping_text.h"
 #include "estimator/report/files/rig/rig_config.h"
-#include "estimator/report/files/states_csv.h"
 #include "estimator/report/files/summary_json.h"
 #include "estimator/report/findings/findings.h"
 #include "estimator/report/findings/verdict.h"
 #include "estimator/report/html/report.h"
+#include "estimator/report/result_rows.h"
 #include "estimator/report/result_set.h"
+#include "estimator/result/run_tally.h"
 #include "frontend/base/files/file_set.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 
@@ -26,26 +27,6 @@ namespace tagtwist {
 
 using namespace internal;
 namespace {
-
-Pose WithPositiveW(const Pose& pose) {
-  Pose out = pose;
-  if (out.params(3) < 0) out.params.head<4>() *= -1;
-  return out;
-}
-
-std::string FormatSeriesTum(const PoseSeries& series) {
-  std::vector<TruthSample> samples;
-  samples.reserve(series.size());
-  for (const PoseSample& s : series)
-    samples.push_back({s.t_ns, WithPositiveW(s.world_from_body), {}});
-  return FormatTum(samples);
-}
-
-PoseSeries ToSeries(const std::vector<TruthSample>& truth) {
-  PoseSeries out;
-  for (const TruthSample& s : truth) out.push_back({s.t_ns, s.world_from_body, {}, {}});
-  return out;
-}
 
 nlohmann::ordered_json MappingJson(const Mapping& mapping) {
   nlohmann::ordered_json out = nlohmann::ordered_json::object();
@@ -75,24 +56,24 @@ nlohmann::ordered_json GyroJson(const GyroAlignment& gyro) {
           {"turns", gyro.turns}};
 }
 
-nlohmann::ordered_json BodyJson(const std::string& name, const Estimate& estimate) {
-  size_t with_state = 0, with_tags = 0;
-  for (const FrameEstimate& frame : estimate.frames) {
-    if (frame.status != FrameStatus::kNoFix) ++with_state;
-    if (frame.n_tags > 0) ++with_tags;
-  }
+nlohmann::ordered_json BodyJson(const std::string& name, const Estimate& estimate,
+                                const RunTally* tally) {
+  const FrameTally all = TallyOf(estimate, tally).frames;
   return {{"name", name},
-          {"frames", estimate.frames.size()},
-          {"frames_with_state", with_state},
-          {"frames_with_tags", with_tags},
+          {"frames", all.frames},
+          {"frames_with_state", all.with_state},
+          {"frames_with_tags", all.with_tags},
           {"warnings", estimate.warnings}};
 }
 
 nlohmann::ordered_json BodiesJson(const Estimate& first, const ResultContext& context) {
   auto out = nlohmann::ordered_json::array();
-  if (!context.body.empty()) out.push_back(BodyJson(context.body, first));
-  for (const BodyEstimate& other : context.of_others) {
-    out.push_back(BodyJson(other.name, other.estimate));
+  const RunFacts& facts = context.facts;
+  if (!context.body.empty()) out.push_back(BodyJson(context.body, first, facts.all.get()));
+  for (size_t i = 0; i < context.of_others.size(); ++i) {
+    const auto& [name, estimate] = context.of_others[i];
+    const bool is_long = i < facts.all_of_others.size();
+    out.push_back(BodyJson(name, estimate, is_long ? facts.all_of_others[i].get() : nullptr));
   }
   return out;
 }
@@ -116,115 +97,69 @@ std::string SummaryText(const Estimate& estimate, const ResultContext& context) 
   return FormatJson(json);
 }
 
-// Name and text of each file; texts are made one at a time.
-using Writer = std::pair<std::string, std::string (*)(const Estimate&, const ResultContext&)>;
-
-void AddCalibration(const ResultContext& context, std::vector<Writer>* out) {
-  if (context.calibration) {
-    out->push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
-                      return FormatCalibrationConfig(*c.calibration, c.options_text);
-                    }});
+// The truth, piece by piece.
+Status AddTruth(const std::vector<TruthSample>& truth, FileSet* set) {
+  if (truth.empty()) return Ok();
+  Status written = set->Append("ground_truth.tum", FormatTum({}));
+  for (const TruthSample& sample : truth) {
+    if (!written) return written;
+    Pose pose = sample.world_from_body;
+    if (pose.params(3) < 0) pose.params.head<4>() *= -1;
+    written = set->Append("ground_truth.tum", FormatTumLine(sample.t_ns, pose));
   }
-  if (context.rig) {
-    out->push_back({"calibration.yaml", [](const Estimate&, const ResultContext& c) {
-                      return FormatRigConfig(*c.rig, c.options_text);
-                    }});
-  }
+  const bool has_twists = std::all_of(truth.begin(), truth.end(),
+                                      [](const TruthSample& s) { return s.twist.has_value(); });
+  if (!written || !has_twists) return written;
+  return set->Add("ground_truth_states.csv", FormatGroundTruthCsv(truth));
 }
 
-std::vector<Writer> Writers(const Estimate& estimate, const ResultContext& context) {
-  std::vector<Writer> out = {
-      {"closed_form.tum",
-       [](const Estimate& e, const ResultContext&) {
-         return FormatSeriesTum(ClosedFormSeries(e.frames, ClosedFormVariant::kLowPass));
-       }},
-      {"optimised.tum",
-       [](const Estimate& e, const ResultContext&) {
-         return FormatSeriesTum(EstimatedSeries(e.frames));
-       }},
-      {"states.csv",
-       [](const Estimate& e, const ResultContext&) { return FormatStatesCsv(e.frames); }},
-      {"summary.json", [](const Estimate& e, const ResultContext& c) { return SummaryText(e, c); }},
-      {"report.html", [](const Estimate& e, const ResultContext& c) {
-         return FormatReport(e,
-                             {c.facts, c.map, c.truth, c.rows, c.calibration, c.rig, c.map_moves});
-       }}};
-  if (!estimate.lagged.empty()) {
-    out.push_back({"states_lagged.csv", [](const Estimate& e, const ResultContext&) {
-                     return FormatStatesCsv(e.lagged);
-                   }});
+// Files of the run as a whole.
+Status AddSummaries(const Estimate& estimate, const ResultContext& context, FileSet* set) {
+  Status written = set->Add("summary.json", SummaryText(estimate, context));
+  if (written) {
+    written =
+        set->Add("report.html",
+                 FormatReport(estimate, {context.facts, context.map, context.truth, context.rows,
+                                         context.calibration, context.rig, context.map_moves}));
   }
-  if (context.write_covariance) {
-    out.push_back({"covariance.csv", [](const Estimate& e, const ResultContext&) {
-                     return FormatCovarianceCsv(e.frames);
-                   }});
+  if (written && context.calibration) {
+    written = set->Add("calibration.yaml",
+                       FormatCalibrationConfig(*context.calibration, context.options_text));
   }
-  if (context.write_covariance && !estimate.lagged.empty()) {
-    out.push_back({"covariance_lagged.csv", [](const Estimate& e, const ResultContext&) {
-                     return FormatCovarianceCsv(e.lagged);
-                   }});
+  if (written && context.rig) {
+    written = set->Add("calibration.yaml", FormatRigConfig(*context.rig, context.options_text));
   }
-  if (!context.detections_csv.empty()) {
-    out.push_back({"detections.csv",
-                   [](const Estimate&, const ResultContext& c) { return c.detections_csv; }});
-  }
-  AddCalibration(context, &out);
-  if (context.mapping) {
-    out.push_back({"map.yaml", [](const Estimate&, const ResultContext& c) {
-                     return MappingText(*c.mapping);
-                   }});
-  }
-  if (!context.truth.empty()) {
-    out.push_back({"ground_truth.tum", [](const Estimate&, const ResultContext& c) {
-                     return FormatSeriesTum(ToSeries(c.truth));
-                   }});
-  }
-  if (!context.truth.empty() && std::all_of(context.truth.begin(), context.truth.end(),
-                                            [](const TruthSample& s) { return s.twist; })) {
-    out.push_back({"ground_truth_states.csv", [](const Estimate&, const ResultContext& c) {
-                     return FormatGroundTruthCsv(c.truth);
-                   }});
-  }
+  if (written && context.mapping) written = set->Add("map.yaml", MappingText(*context.mapping));
+  return written ? AddTruth(context.truth, set) : written;
+}
+
+std::vector<std::string> BodiesOf(const ResultContext& context) {
+  std::vector<std::string> out = {context.body};
+  for (const BodyEstimate& other : context.of_others) out.push_back(other.name);
   return out;
-}
-
-// A body's own files, of several.
-Status AddBody(const std::string& body, const Estimate& estimate, const ResultContext& context,
-               FileSet* set) {
-  const bool lagged = !estimate.lagged.empty();
-  for (const std::string& name : BodyFileNames(body, {lagged, context.write_covariance})) {
-    const bool of_lagged = name.find("_lagged") != std::string::npos;
-    const std::vector<FrameEstimate>& frames = of_lagged ? estimate.lagged : estimate.frames;
-    std::string text;
-    if (name.rfind("optimised", 0) == 0) text = FormatSeriesTum(EstimatedSeries(frames));
-    if (name.rfind("states", 0) == 0) text = FormatStatesCsv(frames);
-    if (name.rfind("covariance", 0) == 0) text = FormatCovarianceCsv(frames);
-    if (const auto added = set->Add(name, text); !added) return added;
-  }
-  return Ok();
 }
 
 }  // namespace
 
-Status WriteResults(const std::string& folder, const Estimate& estimate,
-                    const ResultContext& context) {
-  auto set = FileSet::Begin(folder);
-  if (!set) return set.error();
-  for (const auto& [name, text] : Writers(estimate, context)) {
-    if (auto added = (*set)->Add(name, text(estimate, context)); !added) return added;
-  }
-  if (!context.body.empty()) {
-    if (auto added = AddBody(context.body, estimate, context, set->get()); !added) return added;
-  }
-  for (const BodyEstimate& other : context.of_others) {
-    if (auto added = AddBody(other.name, other.estimate, context, set->get()); !added) return added;
-  }
+Status WriteResults(const std::string& folder, std::unique_ptr<ResultRows> rows,
+                    const Estimate& estimate, const ResultContext& context) {
+  FileSet& set = rows->set();
+  if (!rows->status()) return rows->status();
+  if (auto added = AddSummaries(estimate, context, &set); !added) return added;
   std::vector<std::string> obsolete = ResultNames();
   for (std::string& name : OlderBodyFiles(folder)) obsolete.push_back(std::move(name));
   for (const std::string& name : context.kept) {
     obsolete.erase(std::remove(obsolete.begin(), obsolete.end(), name), obsolete.end());
   }
-  return (*set)->Commit(obsolete);
+  return set.Commit(obsolete);
+}
+
+Status WriteResults(const std::string& folder, const Estimate& estimate,
+                    const ResultContext& context) {
+  auto rows = ResultRows::Begin(folder, {context.write_covariance, false, BodiesOf(context)});
+  if (!rows) return rows.error();
+  if (auto added = AddStates(estimate, context.of_others, rows->get()); !added) return added;
+  return WriteResults(folder, std::move(*rows), estimate, context);
 }
 
 Status WriteFailure(const std::string& folder, const std::string& error,

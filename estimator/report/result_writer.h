@@ -15,6 +15,7 @@ struct Calibration;
 struct GyroAlignment;
 struct RigCalibration;
 struct Mapping;
+class ResultRows;
 }  // namespace tagtwist::internal
 
 namespace tagtwist {
@@ -34,7 +35,6 @@ struct ResultContext {
   std::shared_ptr<const internal::GyroAlignment>
       gyro;                             // where asked for, and the recording has one
   std::vector<int> movable_tags;        // passed over
-  std::string detections_csv;           // empty: not asked for
   std::vector<BodyEstimate> of_others;  // of bodies besides the estimate's own,
   std::string body;                     // which has that name; empty: none
   std::vector<std::string> kept;        // names of older runs' files that are not removed
@@ -49,6 +49,9 @@ struct ResultContext {
 /// runs with the same estimate differ in wall_s, peak_rss_mib and the times alone.
 Status WriteResults(const std::string& folder, const Estimate& estimate,
                     const ResultContext& context);
+/// The same, whose rows are written already: of a run with many frames, as they came.
+Status WriteResults(const std::string& folder, std::unique_ptr<internal::ResultRows> rows,
+                    const Estimate& estimate, const ResultContext& context);
 
 /// summary.json alone, of a run that failed (FailureJson). A folder that holds an earlier run's
 /// results is left as it is.

@@ -35,8 +35,12 @@ MotionScale MotionInGap(const MotionScale& before, const NoiseModel& noise,
                         const NoiseModel& at_first, double gap_s) {
   constexpr double kMeanS = 2;
   const double share = 1 - std::exp(-gap_s / kMeanS);
+  // Between a mean of densities, by which a lively motion would grow too fast, and one of their
+  // logarithms, by which rest would be believed in.
   const auto part = [share](double scale, double at_first_scale) {
-    return scale * std::pow(std::max(1.0, at_first_scale / scale), share);
+    const double root = std::sqrt(scale), first = std::sqrt(at_first_scale);
+    const double mixed = root + share * std::max(0.0, first - root);
+    return mixed * mixed;
   };
   return {part(before.linear, at_first.linear.psd / noise.linear.psd),
           part(before.angular, at_first.angular.psd / noise.angular.psd)};
@@ -104,6 +108,7 @@ std::optional<StateAndCovariance> FixedLagSmoother::PredictAt(int64_t t_ns) cons
     const StateVector by = prediction_check_.At(gap_s + ahead_s).OfSigmas();
     out->covariance = Scaled(out->covariance, by);
   }
+  out->covariance.diagonal() += vibration_.variances();
   return out;
 }
 
@@ -138,7 +143,7 @@ FrameEstimate FixedLagSmoother::EstimateOfUnseen(int state, const Unseen& unseen
       hypotheses_.size() > 1 || IsMirrorOpen() ? FrameStatus::kNoFix : FrameStatus::kPredicted;
   out.state = at->state;
   out.covariance = Scaled(at->covariance, prediction_check_.At(gap_s).OfSigmas());
-  out.covariance.diagonal() += more;
+  out.covariance.diagonal() += more + vibration_.variances();
   if (unseen.pose) {
     const auto open_ns = static_cast<int64_t>(std::llround(1e9 * unseen.open_s));
     OpenTwist(*around.At(unseen.t_ns + open_ns), &out);
@@ -194,6 +199,7 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   if (state + 1 == static_cast<int>(seen_.size())) {  // how lively it is shows later
     out.covariance.diagonal() += ExcessVariances(likeliest);
   }
+  out.covariance.diagonal() += vibration_.variances();
   const bool is_absurd = !(out.state.twist.v_world.norm() < kFastestMps);
   if (IsMirrorOpen() || seen_[k].is_doubted || is_absurd) out.status = FrameStatus::kNoFix;
   if (hypotheses_.size() > 1) {

@@ -96,14 +96,17 @@ std::string FormatCovarianceCsv(const std::vector<FrameEstimate>& frames) {
   }
   out += "\n";
   for (const FrameEstimate& f : frames) {
-    if (f.status == FrameStatus::kNoFix) continue;
-    out += FormatSeconds(f.t_ns);
-    for (int i = 0; i < 12; ++i) {
-      for (int j = i; j < 12; ++j) AppendCell(&out, f.covariance(i, j), kCovarianceDigits);
-    }
-    out += "\n";
+    if (f.status != FrameStatus::kNoFix) out += FormatCovarianceRow(f);
   }
   return out;
+}
+
+std::string FormatCovarianceRow(const FrameEstimate& frame) {
+  std::string out = FormatSeconds(frame.t_ns);
+  for (int i = 0; i < 12; ++i) {
+    for (int j = i; j < 12; ++j) AppendCell(&out, frame.covariance(i, j), kCovarianceDigits);
+  }
+  return out + "\n";
 }
 
 }  // namespace tagtwist::internal

@@ -22,6 +22,8 @@ std::string FormatStatesRow(const FrameEstimate& frame);
 /// [theta, p, v_world, omega_body], row by row; columns rx_rx, rx_ry, ... wz_wz. Frames without a
 /// state are left out.
 std::string FormatCovarianceCsv(const std::vector<FrameEstimate>& frames);
+/// A line of it, of a frame with a state.
+std::string FormatCovarianceRow(const FrameEstimate& frame);
 
 /// What is in a states.csv.
 struct StatesFile {

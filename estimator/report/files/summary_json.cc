@@ -6,6 +6,7 @@
 
 #include "estimator/evaluation/error_bound.h"
 #include "estimator/graph/noise_model.h"
+#include "estimator/result/run_tally.h"
 #include "frontend/base/statistics/quantile.h"
 
 namespace tagtwist::internal {
@@ -30,12 +31,23 @@ Json NeesJson(const MeanNees& nees) {
           {"band95", {nees.band_low, nees.band_high}}};
 }
 
-Json TimingJson(const StageTimes& times) {
-  return {{"detect", PercentilesJson(times.detect_ms)},
-          {"track", PercentilesJson(times.track_ms)},
-          {"seed", PercentilesJson(times.seed_ms)},
-          {"optimise", PercentilesJson(times.optimise_ms)},
-          {"frame", PercentilesJson(times.frame_ms)}};
+// Of times, and of all of them where these are some.
+Json WithMost(const std::vector<double>& ms, const TimeTotal* all) {
+  Json out = PercentilesJson(ms);
+  if (all != nullptr && !ms.empty()) out["max"] = all->max_ms;
+  return out;
+}
+
+Json TimingJson(const RunFacts& facts) {
+  const StageTimes& times = facts.times;
+  const auto json = [&](const std::vector<double>& ms, TimeTotal StageTotals::*stage) {
+    return WithMost(ms, facts.totals ? &(*facts.totals.*stage) : nullptr);
+  };
+  return {{"detect", json(times.detect_ms, &StageTotals::detect)},
+          {"track", json(times.track_ms, &StageTotals::track)},
+          {"seed", json(times.seed_ms, &StageTotals::seed)},
+          {"optimise", json(times.optimise_ms, &StageTotals::optimise)},
+          {"frame", json(times.frame_ms, &StageTotals::frame)}};
 }
 
 const char* Name(WhiteNoiseOn on) {
@@ -44,20 +56,13 @@ const char* Name(WhiteNoiseOn on) {
 
 // Density of the white noise on acceleration that makes twists change as much from frame to frame
 // as the estimated ones do: sum |change|^2 / (3 sum dt). Of v_world and of omega_body.
-std::array<double, 2> AccelerationDensities(const std::vector<FrameEstimate>& frames) {
-  double linear = 0, angular = 0, time_s = 0;
-  for (size_t i = 1; i < frames.size(); ++i) {
-    const FrameEstimate &a = frames[i - 1], &b = frames[i];
-    if (a.status == FrameStatus::kNoFix || b.status == FrameStatus::kNoFix) continue;
-    linear += (b.state.twist.v_world - a.state.twist.v_world).squaredNorm();
-    angular += (b.state.twist.omega_body - a.state.twist.omega_body).squaredNorm();
-    time_s += ToSeconds(b.t_ns - a.t_ns);
-  }
+std::array<double, 2> AccelerationDensities(const FrameTally& frames) {
+  const double time_s = frames.changes_s;
   if (!(time_s > 0)) return {0, 0};
-  return {linear / (3 * time_s), angular / (3 * time_s)};
+  return {frames.velocity_changes / (3 * time_s), frames.rate_changes / (3 * time_s)};
 }
 
-Json NoiseJson(const NoiseModel& noise, const std::vector<FrameEstimate>& frames) {
+Json NoiseJson(const NoiseModel& noise, const FrameTally& frames) {
   const bool linear_jerk = noise.linear.on == WhiteNoiseOn::kJerk;
   const bool angular_jerk = noise.angular.on == WhiteNoiseOn::kJerk;
   const auto [accel, angular_accel] = AccelerationDensities(frames);
@@ -145,14 +150,12 @@ Json BoundsJson(const Estimate& e, const std::vector<ComparisonRow>& rows) {
   return out;
 }
 
-Json DeadlineJson(const Estimate& e, const RunFacts& facts) {
+Json DeadlineJson(const FrameTally& frames, const RunFacts& facts) {
+  const auto late = std::count_if(facts.times.frame_ms.begin(), facts.times.frame_ms.end(),
+                                  [&](double frame_ms) { return frame_ms > *facts.deadline_ms; });
   return {{"deadline_ms", *facts.deadline_ms},
-          {"frames_hurried",
-           std::count_if(e.frames.begin(), e.frames.end(),
-                         [](const FrameEstimate& f) { return f.status == FrameStatus::kHurried; })},
-          {"frames_late",
-           std::count_if(facts.times.frame_ms.begin(), facts.times.frame_ms.end(),
-                         [&](double frame_ms) { return frame_ms > *facts.deadline_ms; })}};
+          {"frames_hurried", frames.count(FrameStatus::kHurried)},
+          {"frames_late", facts.totals ? facts.totals->frames_late : static_cast<size_t>(late)}};
 }
 
 void AddInputs(const RunFacts& facts, Json* out) {
@@ -235,23 +238,24 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
                  const RunFacts& facts) {
   Json out = Json::object();
   out["mode"] = ToString(estimate.mode);
-  out["frames"] = estimate.frames.size();
-  out["frames_estimated"] =
-      std::count_if(estimate.frames.begin(), estimate.frames.end(),
-                    [](const FrameEstimate& f) { return f.status != FrameStatus::kNoFix; });
+  const FrameTally all = TallyOf(estimate, facts.all.get()).frames;
+  out["frames"] = all.frames;
+  out["frames_estimated"] = all.with_state;
+  if (facts.all) out["frames_kept"] = estimate.frames.size();
   out["reprojection_px"] = {{"median", QuantileJson(estimate.reprojection_px, 0.5)},
                             {"p95", QuantileJson(estimate.reprojection_px, 0.95)}};
-  out["noise"] = NoiseJson(estimate.noise, estimate.frames);
+  out["noise"] = NoiseJson(estimate.noise, all);
   if (estimate.mode == EstimateMode::kBatch) {
     out["systematic"] = SystematicJson(estimate.systematic);
   }
   if (estimate.imu) out["imu"] = ImuJson(*estimate.imu);
   if (!estimate.cameras.empty()) out["cameras"] = CamerasJson(estimate.cameras);
-  out["timing_ms"] = TimingJson(facts.times);
-  if (facts.deadline_ms) out["deadline"] = DeadlineJson(estimate, facts);
+  out["timing_ms"] = TimingJson(facts);
+  if (facts.deadline_ms) out["deadline"] = DeadlineJson(all, facts);
   if (facts.live) {
+    const TimeTotal* const latency = facts.live->total ? &*facts.live->total : nullptr;
     out["live"] = {{"frames_dropped", facts.live->frames_dropped},
-                   {"latency_ms", PercentilesJson(facts.live->latency_ms)}};
+                   {"latency_ms", WithMost(facts.live->latency_ms, latency)}};
   }
   out["wall_s"] = facts.wall_s;
   out["peak_rss_mib"] = facts.peak_rss_mib;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
+#include "estimator/result/run_tally.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/units.h"
 
@@ -101,6 +103,12 @@ std::string HandEyeNotes(const std::vector<ComparisonRow>& rows) {
   return out;
 }
 
+std::optional<TwistRoughness> RoughnessOf(const TwistChanges& changes) {
+  if (changes.count == 0) return std::nullopt;
+  const double scale = 6.0 * static_cast<double>(changes.count);
+  return TwistRoughness{std::sqrt(changes.velocity / scale), std::sqrt(changes.rate / scale)};
+}
+
 }  // namespace
 
 ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& series,
@@ -113,26 +121,32 @@ ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& serie
 
 std::vector<ComparisonRow> CompareMethods(const Estimate& estimate,
                                           const std::vector<TruthSample>& truth,
-                                          const EvaluationOptions& options) {
-  const auto row = [&](ComparisonKey key, const char* name, const PoseSeries& series) {
-    ComparisonRow out = MakeComparisonRow(name, series, truth, options);
-    out.key = key;
+                                          const EvaluationOptions& options,
+                                          const RunTally* all_frames) {
+  const RunTally all = TallyOf(estimate, all_frames);
+  const auto row = [&](ComparisonKey key, const char* name, const PoseSeries& series,
+                       const SeriesTally& tally) {
+    ComparisonRow out{name, tally.frames, std::nullopt, RoughnessOf(tally.changes), key};
+    if (auto accuracy = Evaluate(series, truth, options)) out.accuracy = std::move(*accuracy);
+    // Those that are kept of a long run are not neighbours.
+    if (all_frames != nullptr && out.accuracy) out.accuracy->rpe_frames.reset();
     return out;
   };
-  const auto closed_form = [&](ClosedFormVariant variant) {
-    return ClosedFormSeries(estimate.frames, variant);
+  const auto closed_form = [&](ComparisonKey key, const char* name, ClosedFormVariant variant) {
+    return row(key, name, ClosedFormSeries(estimate.frames, variant),
+               all.frames.closed_form[static_cast<size_t>(variant)]);
   };
   const bool window = !estimate.lagged.empty();
   std::vector<ComparisonRow> rows = {
-      row(ComparisonKey::kNone, "closed form (plain)", closed_form(ClosedFormVariant::kPlain)),
-      row(ComparisonKey::kNone, "closed form (RANSAC)", closed_form(ClosedFormVariant::kRansac)),
-      row(ComparisonKey::kClosedForm, "closed form (RANSAC + low-pass)",
-          closed_form(ClosedFormVariant::kLowPass)),
+      closed_form(ComparisonKey::kNone, "closed form (plain)", ClosedFormVariant::kPlain),
+      closed_form(ComparisonKey::kNone, "closed form (RANSAC)", ClosedFormVariant::kRansac),
+      closed_form(ComparisonKey::kClosedForm, "closed form (RANSAC + low-pass)",
+                  ClosedFormVariant::kLowPass),
       row(ComparisonKey::kOptimised, window ? "optimised (lag 0)" : "optimised",
-          EstimatedSeries(estimate.frames))};
+          EstimatedSeries(estimate.frames), all.frames.estimated)};
   if (window) {
     rows.push_back(row(ComparisonKey::kOptimisedLagged, "optimised (lagged)",
-                       EstimatedSeries(estimate.lagged)));
+                       EstimatedSeries(estimate.lagged), all.lagged.estimated));
   }
   return rows;
 }

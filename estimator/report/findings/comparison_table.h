@@ -9,6 +9,10 @@
 #include "estimator/result/estimate.h"
 #include "frontend/types/body_state.h"
 
+namespace tagtwist::internal {
+struct RunTally;
+}  // namespace tagtwist::internal
+
 namespace tagtwist {
 
 /// One trajectory's line in the table of results.
@@ -26,10 +30,12 @@ ComparisonRow MakeComparisonRow(const std::string& name, const PoseSeries& serie
 
 /// The methods of a run against each other: closed form plain, with RANSAC, with RANSAC and
 /// low-pass; optimised; in window mode optimised at lag 0 and at the window's lag. Without truth
-/// the rows have no accuracy.
+/// the rows have no accuracy. `all`: of the frames, where the estimate has but some of them: their
+/// number and roughness are of all.
 std::vector<ComparisonRow> CompareMethods(const Estimate& estimate,
                                           const std::vector<TruthSample>& truth,
-                                          const EvaluationOptions& options);
+                                          const EvaluationOptions& options,
+                                          const internal::RunTally* all = nullptr);
 
 /// A table of texts: the first row is the header.
 using TextTable = std::vector<std::vector<std::string>>;

@@ -3,28 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/result/run_tally.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/base/units.h"
 
 namespace tagtwist::internal {
 namespace {
-
-struct Stretch {
-  double from_s = 0, to_s = 0;
-  size_t frames = 0;
-};
-
-std::vector<Stretch> StretchesOf(const std::vector<double>& t_s, const std::vector<bool>& flags) {
-  std::vector<Stretch> out;
-  for (size_t i = 0; i < flags.size(); ++i) {
-    if (!flags[i]) continue;
-    if (i == 0 || !flags[i - 1]) out.push_back({t_s[i], t_s[i], 0});
-    out.back().to_s = t_s[i];
-    ++out.back().frames;
-  }
-  return out;
-}
 
 [[gnu::format(printf, 4, 0)]] std::string KnownTo(const std::vector<FrameEstimate>& frames,
                                                   int first, double unit, const char* format) {
@@ -50,22 +35,9 @@ std::string LastingText(const SystematicShare& s) {
 }  // namespace
 
 std::string StretchesText(const std::vector<double>& t_s, const std::vector<bool>& flags) {
-  constexpr size_t kMost = 3;
-  std::vector<Stretch> stretches = StretchesOf(t_s, flags);
-  const size_t all = stretches.size();
-  std::stable_sort(stretches.begin(), stretches.end(),
-                   [](const Stretch& a, const Stretch& b) { return a.frames > b.frames; });
-  stretches.resize(std::min(all, kMost));
-  std::sort(stretches.begin(), stretches.end(),
-            [](const Stretch& a, const Stretch& b) { return a.from_s < b.from_s; });
-  std::string out;
-  for (const Stretch& s : stretches) {
-    if (!out.empty()) out += ", ";
-    out += s.frames == 1 ? Format("%.2f s", s.from_s) : Format("%.2f to %.2f s", s.from_s, s.to_s);
-  }
-  const size_t more = all - stretches.size();
-  if (more > 0) out += Format(" and %zu other time%s", more, more == 1 ? "" : "s");
-  return out;
+  StretchTally tally;
+  for (size_t i = 0; i < flags.size(); ++i) tally.Add(t_s[i], flags[i]);
+  return tally.Text();
 }
 
 std::string CertaintyText(const Estimate& e) {

@@ -95,29 +95,36 @@ ReportSection Counts(const Estimate& e, const std::vector<double>& t_s) {
 struct Stage {
   const char* name;
   const std::vector<double>* ms;
+  TimeTotal all;
 };
 
-std::vector<Stage> Stages(const StageTimes& times) {
-  return {{"detect", &times.detect_ms},
-          {"track", &times.track_ms},
-          {"seed", &times.seed_ms},
-          {"optimise", &times.optimise_ms},
-          {"frame", &times.frame_ms}};
+std::vector<Stage> Stages(const RunFacts& facts) {
+  const StageTimes& times = facts.times;
+  const StageTotals all = facts.totals.value_or(StageTotals());
+  std::vector<Stage> out = {{"detect", &times.detect_ms, all.detect},
+                            {"track", &times.track_ms, all.track},
+                            {"seed", &times.seed_ms, all.seed},
+                            {"optimise", &times.optimise_ms, all.optimise},
+                            {"frame", &times.frame_ms, all.frame}};
+  for (Stage& stage : out) {
+    if (facts.totals || stage.ms->empty()) continue;
+    stage.all = {stage.ms->size(), 0, Quantile(*stage.ms, 1)};
+    for (const double ms : *stage.ms) stage.all.sum_ms += ms;
+  }
+  return out;
 }
 
-ReportSection Times(const StageTimes& times, const std::vector<double>& t_s) {
+ReportSection Times(const RunFacts& facts, const std::vector<double>& t_s) {
   TextTable table = {{"stage", "runs", "median ms", "p95 ms", "p99 ms", "max ms", "total s"}};
   Plot plot = OverFrames("time per frame [ms]", t_s, 3);
   size_t slot = kFirstStage;
-  for (const Stage& stage : Stages(times)) {
+  for (const Stage& stage : Stages(facts)) {
     const std::vector<double>& ms = *stage.ms;
     const size_t this_slot = slot++;
     if (ms.empty()) continue;
-    double total = 0;
-    for (const double x : ms) total += x;
-    table.push_back({stage.name, std::to_string(ms.size()), Format("%.2f", Quantile(ms, 0.5)),
+    table.push_back({stage.name, std::to_string(stage.all.count), Format("%.2f", Quantile(ms, 0.5)),
                      Format("%.2f", Quantile(ms, 0.95)), Format("%.2f", Quantile(ms, 0.99)),
-                     Format("%.2f", Quantile(ms, 1)), Format("%.2f", 1e-3 * total)});
+                     Format("%.2f", stage.all.max_ms), Format("%.2f", 1e-3 * stage.all.sum_ms)});
     if (ms.size() == t_s.size()) plot.series.push_back({this_slot, ms, {}});
   }
   ReportSection out{"Times", table.size() > 1 ? TableHtml(table) : "", {}};
@@ -143,7 +150,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   page.html = ReportWordsHtml(e, input);
   page.slots = {"ground truth", "closed form", "optimised",       "optimised, lagged",
                 "tags",         "tracks",      "each frame alone"};
-  for (const Stage& stage : Stages(input.facts.times)) page.slots.emplace_back(stage.name);
+  for (const Stage& stage : Stages(input.facts)) page.slots.emplace_back(stage.name);
   if (!e.lagged.empty()) page.slots[kOptimised] = "optimised, lag 0";
   const PlotInput plots = Plots(e, input);
   std::vector<double> t_s;
@@ -160,7 +167,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   if (!e.reprojection_px.empty()) {
     page.sections.push_back(ReprojectionSection(e, input.map));
   }
-  page.sections.push_back(Times(input.facts.times, t_s));
+  page.sections.push_back(Times(input.facts, t_s));
   return FormatReportPage(page);
 }
 

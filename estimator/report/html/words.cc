@@ -7,6 +7,7 @@
 #include "estimator/report/findings/findings.h"
 #include "estimator/report/findings/verdict.h"
 #include "estimator/report/html/page.h"
+#include "estimator/result/run_tally.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
 
@@ -20,27 +21,14 @@ const ComparisonRow* FindRow(const std::vector<ComparisonRow>& rows, ComparisonK
   return nullptr;
 }
 
-// Frames without a state because no tag was seen until then.
-size_t FramesBeforeTheFirstTag(const std::vector<FrameEstimate>& frames) {
-  const auto first = std::find_if(frames.begin(), frames.end(), [](const FrameEstimate& f) {
-    return f.n_tags > 0 || f.status != FrameStatus::kNoFix;
-  });
-  return static_cast<size_t>(first - frames.begin());
-}
-
 std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
-  const auto count = [&](FrameStatus status) {
-    return static_cast<size_t>(
-        std::count_if(e.frames.begin(), e.frames.end(),
-                      [status](const FrameEstimate& f) { return f.status == status; }));
-  };
-  const size_t predicted = count(FrameStatus::kPredicted), none = count(FrameStatus::kNoFix);
-  const size_t before_tags = FramesBeforeTheFirstTag(e.frames), open = none - before_tags;
-  std::string out = Format("Pose and twist of the body for %zu of %zu frames",
-                           e.frames.size() - none, e.frames.size());
-  if (!e.frames.empty()) {
-    out += Format(", %.2f s", ToSeconds(e.frames.back().t_ns - e.frames.front().t_ns));
-  }
+  const FrameTally all = TallyOf(e, input.facts.all.get()).frames;
+  const size_t predicted = all.count(FrameStatus::kPredicted),
+               none = all.count(FrameStatus::kNoFix);
+  const size_t before_tags = all.before_first_tag, open = none - before_tags;
+  std::string out =
+      Format("Pose and twist of the body for %zu of %zu frames", all.with_state, all.frames);
+  if (all.frames > 0) out += Format(", %.2f s", ToSeconds(all.last_ns - all.first_ns));
   out += e.mode == EstimateMode::kBatch ? ", estimated from all images together (batch)."
                                         : ", estimated as the images came in (sliding window).";
   if (predicted > 0) {
@@ -52,7 +40,7 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
   if (before_tags > 0) {
     out += Format(" %zu frames before the first tag have no state.", before_tags);
   }
-  if (const size_t ambiguous = count(FrameStatus::kAmbiguous); ambiguous > 0) {
+  if (const size_t ambiguous = all.count(FrameStatus::kAmbiguous); ambiguous > 0) {
     out += Format(
         " In %zu frames two poses are open, or which way the body turned: the state is the "
         "likelier, the covariance has both in it.",
@@ -65,7 +53,11 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
   out += Format(" The map has %zu tags, of which %zu were used. It took %.1f s and %.0f MiB.",
                 input.map.tags().size(), e.reprojection.tags.size(), input.facts.wall_s,
                 input.facts.peak_rss_mib);
-  return out;
+  if (!input.facts.all) return out;
+  return out + Format(
+                   " The run was long: curves, percentiles and errors against truth are of %zu "
+                   "frames spread evenly over it; the files have all.",
+                   e.frames.size());
 }
 
 std::string NoiseText(const Estimate& e) {

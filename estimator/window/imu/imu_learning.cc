@@ -18,6 +18,16 @@ bool IsKnown(const ImuResult& found) {
 
 }  // namespace
 
+std::vector<TagDetection> TagsOfState(const FrameMeasurements& measurement,
+                                      const WindowOutput& out) {
+  std::vector<TagDetection> tags;
+  for (const TagDetection& tag : measurement.tags) {
+    const auto& used = out.used_tags;
+    if (std::find(used.begin(), used.end(), tag.id) != used.end()) tags.push_back(tag);
+  }
+  return tags;
+}
+
 void ImuLearning::Add(const ImuSample& sample) {
   imu_.samples.push_back(sample);
   constexpr int64_t kWaitNs = 2'000'000'000;
@@ -40,10 +50,7 @@ void ImuLearning::Keep(const FrameMeasurements& measurement, const WindowOutput&
   GraphFrame frame;
   frame.t_ns = measurement.t_ns;
   frame.state = out.current.state;
-  for (const TagDetection& tag : measurement.tags) {
-    const auto& used = out.used_tags;
-    if (std::find(used.begin(), used.end(), tag.id) != used.end()) frame.tags.push_back(tag);
-  }
+  frame.tags = TagsOfState(measurement, out);
   kept_.push_back(std::move(frame));
 }
 
@@ -63,23 +70,34 @@ std::optional<ImuSolution> ImuLearning::Add(const EstimatorSetup& setup, const N
                                             const WindowOutput& out) {
   if (!goes_on_) return std::nullopt;
   Keep(measurement, out);
+  if (solver_) return GoOn();
   if (kept_.size() < kFewestKept || kept_.back().t_ns != measurement.t_ns) return std::nullopt;
-  const double duration_s = ToSeconds(kept_.back().t_ns - kept_.front().t_ns);
-  if (duration_s < next_s_) return std::nullopt;
+  solved_s_ = ToSeconds(kept_.back().t_ns - kept_.front().t_ns);
+  if (solved_s_ < next_s_) return std::nullopt;
   ThinOut();
   // Its noise is learned now and then alone: that takes the longest.
-  const bool learns_noise = duration_s >= kNoiseS && turn_ % 2 == 0;
+  const bool learns_noise = solved_s_ >= kNoiseS && turn_ % 2 == 0;
   ++turn_;
   next_s_ *= 2;
-  auto solved = SolveWithImu(setup, noise, imu_, kept_, model_ ? &*model_ : nullptr, learns_noise);
+  solver_.emplace(setup, noise, imu_, kept_, model_, learns_noise);
+  return std::nullopt;
+}
+
+// A piece of what is being solved.
+std::optional<ImuSolution> ImuLearning::GoOn() {
+  const auto done = solver_->Advance();
+  if (done && !*done) return std::nullopt;
+  std::optional<ImuSolution> solved;
+  if (done) solved = std::move(*solver_).Finish();
+  solver_.reset();
   if (solved) model_ = solved->model;
   const bool is_known = solved && IsKnown(solved->found);
-  refusal_ = solved ? "the motion did not tell its clock and gravity" : solved.error().message;
-  if ((is_known && duration_s >= kEnoughS) || duration_s >= kMostS) {
+  refusal_ = done ? "the motion did not tell its clock and gravity" : done.error().message;
+  if ((is_known && solved_s_ >= kEnoughS) || solved_s_ >= kMostS) {
     goes_on_ = false;
     kept_ = std::vector<GraphFrame>();
   }
-  return is_known ? std::optional(std::move(*solved)) : std::nullopt;
+  return is_known ? std::move(solved) : std::nullopt;
 }
 
 }  // namespace tagtwist::internal

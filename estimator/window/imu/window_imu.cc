@@ -44,7 +44,8 @@ void WindowImu::AddTo(const FrameMeasurements& measurement, const NoiseModel& no
   const bool has_tags_state = out->current.status == FrameStatus::kOk;
   if (auto learned = learning_.Add(setup_, noise, measurement, *out)) {
     BeginLearned(std::move(*learned), noise);
-  } else if (!frames_.empty()) {
+  }
+  if (!frames_.empty()) {
     const bool is_longer = Extend(measurement, noise, out->used_tags);
     if (is_longer && (IsUseless() || Contradicts(noise))) {
       frames_.pop_back();  // it is not told
@@ -54,7 +55,9 @@ void WindowImu::AddTo(const FrameMeasurements& measurement, const NoiseModel& no
     }
   }
   if (model_) in_body_ = InBody(samples_, model_->calibration);
-  if (frames_.empty() && model_ && has_tags_state) BeginFromTags(out->current, noise);
+  if (frames_.empty() && model_ && has_tags_state) {
+    BeginFromTags(out->current, TagsOfState(measurement, *out), noise);
+  }
   TakeInto(&out->current);
   AddTo(&out->lagged);
   if (static_cast<int>(frames_.size()) > setup_.options.window_frames) LetOldestLeave();
@@ -67,7 +70,8 @@ void WindowImu::AddTo(std::vector<FrameEstimate>* lagged) {
   while (!left_.empty() && left_.front().t_ns <= lagged->back().t_ns) left_.pop_front();
 }
 
-// The newest frame begins a chain with all that was learned.
+// The newest of the frames that it was learned from begins a chain with all that was; the IMU
+// carries it on to the frame that is there by now.
 void WindowImu::BeginLearned(ImuSolution solved, const NoiseModel& noise) {
   End();
   model_ = solved.model;
@@ -113,8 +117,10 @@ void WindowImu::Begin(const GraphFrame& frame, const Block& covariance, const No
   frames_ = {frame};
 }
 
-void WindowImu::BeginFromTags(const FrameEstimate& by_tags, const NoiseModel& noise) {
+void WindowImu::BeginFromTags(const FrameEstimate& by_tags, std::vector<TagDetection> tags,
+                              const NoiseModel& noise) {
   GraphFrame frame;
+  frame.tags = std::move(tags);
   frame.t_ns = by_tags.t_ns;
   frame.state = by_tags.state;
   frame.acceleration = biases_;
@@ -224,7 +230,8 @@ void WindowImu::DropOldSamples() {
   if (!frames_.empty()) {
     // By the samples' own clock.
     const double offset_s = model_->calibration.time_offset_s;
-    needed_ns = frames_.front().t_ns + std::llround(1e9 * offset_s) - kAroundNs;
+    const int64_t first_ns = frames_.front().t_ns + std::llround(1e9 * offset_s) - kAroundNs;
+    needed_ns = learning_.goes_on() ? std::min(needed_ns, first_ns) : first_ns;
   }
   const auto old = std::find_if(samples_.begin(), samples_.end(),
                                 [&](const ImuSample& sample) { return sample.t_ns >= needed_ns; });

@@ -51,7 +51,8 @@ class WindowImu {
   void BeginLearned(ImuSolution solved, const NoiseModel& noise);
   void TakeCalibration();
   void Begin(const GraphFrame& frame, const Block& covariance, const NoiseModel& noise);
-  void BeginFromTags(const FrameEstimate& by_tags, const NoiseModel& noise);
+  void BeginFromTags(const FrameEstimate& by_tags, std::vector<TagDetection> tags,
+                     const NoiseModel& noise);
   bool Extend(const FrameMeasurements& measurement, const NoiseModel& noise,
               const std::vector<int>& used);
   std::vector<TagDetection> TagsNear(const GraphFrame& frame, const Block& covariance,

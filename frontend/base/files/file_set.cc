@@ -164,17 +164,35 @@ FileSet::~FileSet() {
   if (!committed_) RemoveFolders(made_parents_);
 }
 
+// The partial folder is ours alone to know of: a file is named by where it would have been.
+Status FileSet::ToldByItsPlace(const std::string& name, const Status& written) const {
+  if (written) return written;
+  const size_t length = partial_.path().size() + 1 + name.size();
+  return Error{folder_ + "/" + name + written.error().message.substr(length)};
+}
+
 Status FileSet::Add(const std::string& name, const std::string& content) {
-  const std::string target = partial_.path() + "/" + name;
-  if (const auto written = WriteFileAtomically(target, content); !written) {
-    // The partial folder is ours alone to know of: name the file by where it would have been.
-    return Error{folder_ + "/" + name + written.error().message.substr(target.size())};
-  }
+  const auto written = WriteFileAtomically(partial_.path() + "/" + name, content);
+  if (!written) return ToldByItsPlace(name, written);
   names_.push_back(name);
   return Ok();
 }
 
+Status FileSet::Append(const std::string& name, std::string_view piece) {
+  auto file = growing_.find(name);
+  if (file == growing_.end()) {
+    auto made = GrowingFile::Make(partial_.path() + "/" + name);
+    if (!made) return ToldByItsPlace(name, made.error());
+    names_.push_back(name);
+    file = growing_.emplace(name, std::move(*made)).first;
+  }
+  return ToldByItsPlace(name, file->second.Append(piece));
+}
+
 Status FileSet::Commit(const std::vector<std::string>& obsolete) {
+  for (auto& [name, file] : growing_) {
+    if (const Status closed = file.Close(); !closed) return ToldByItsPlace(name, closed);
+  }
   for (const std::string& name : names_) {
     const int failure = FlushToDisk(partial_.path() + "/" + name);
     if (failure != 0) {

@@ -1,8 +1,11 @@
 #pragma once
+#include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "frontend/base/files/growing_file.h"
 #include "frontend/base/files/partial.h"
 #include "frontend/base/result.h"
 
@@ -36,6 +39,8 @@ class FileSet {
 
   /// A file of the set; `name` has no folder in it.
   Status Add(const std::string& name, const std::string& content);
+  /// The next piece of a file that is not added whole; the first makes it.
+  Status Append(const std::string& name, std::string_view piece);
 
   /// `obsolete`: files of earlier sets that are to go if this set does not have them.
   Status Commit(const std::vector<std::string>& obsolete = {});
@@ -43,6 +48,7 @@ class FileSet {
  private:
   FileSet(std::string folder, bool folder_existed, Partial partial);
   Status CommitIntoFolder(const std::vector<std::string>& obsolete);
+  Status ToldByItsPlace(const std::string& name, const Status& written) const;
   Result<std::vector<std::string>> Leaving(const std::vector<std::string>& obsolete) const;
   Status MoveAll(const std::vector<std::string>& leaving) const;
 
@@ -51,6 +57,7 @@ class FileSet {
   Partial partial_;
   std::vector<std::string> made_parents_;  // outermost first
   std::vector<std::string> names_;
+  std::map<std::string, GrowingFile> growing_;
   bool committed_ = false;
 };
 

@@ -160,9 +160,20 @@ TEST(GapTurns, ATurnThatMayHaveBeenTheOtherWayHasBothInItsCovariance) {
   }
 }
 
+// From rest: the recording says that it turned by 60 degrees the other way.
+TEST(GapTurns, MostOfAWholeTurnIsNotTakenForTheShortWayRound) {
+  Tally tally;
+  for (const double gap_s : {1.0, 2.0}) {
+    const Recording turn = RecordTurn(300 * kDegree, gap_s, 4);
+    tally.Add(turn, Solve(turn));
+  }
+  tally.ExpectHonest("300 degrees");
+  EXPECT_GT(tally.ambiguous, tally.in_gap / 2);
+}
+
 TEST(GapTurns, AGapIsAsLivelyAsItsEndsSay) {
   Tally tally;
-  for (const double degrees : {-45.0, 70.0}) {
+  for (const double degrees : {-25.0, 28.0}) {
     for (const double gap_s : {0.3, 0.6, 1.2}) {
       const Recording turn = RecordTurn(degrees * kDegree, gap_s, 5, 0.1);
       tally.Add(turn, Solve(turn));

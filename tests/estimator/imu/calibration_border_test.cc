@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "estimator/imu/imu_solve.h"
 #include "estimator/solve/noise_learning.h"
 #include "tests/support/flights/exact_model.h"

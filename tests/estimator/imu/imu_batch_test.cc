@@ -69,7 +69,7 @@ TEST(ImuInBatch, SlowFindsWhereItStandsInTheBody) {
   options.gap_s = 1;
   ImuFlight flight = SimulateWithImu("agile", options);
   const Pose body_from_imu = MakePose(ExpSo3({2, -0.5, 0.7}), {0.15, -0.1, 0.2});
-  SetUp set_up = CourseSetUp();
+  tagtwist::SetUp set_up = CourseSetUp();
   RigCamera& camera = set_up.rig.front();
   camera.cam_from_body = camera.cam_from_body * Inverse(body_from_imu);
   for (BodyState& state : flight.truth) {

@@ -9,6 +9,7 @@
 #include "estimator/report/files/result_reader.h"
 #include "estimator/report/files/states_csv.h"
 #include "estimator/report/files/summary_json.h"
+#include "estimator/report/result_rows.h"
 #include "frontend/io/tables/csv.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "tests/support/flights/synthetic_estimate.h"
@@ -97,6 +98,53 @@ TEST(ResultWriter, SameEstimateSameBytes) {
   for (const std::string& name : Names(temp / "a")) {
     EXPECT_EQ(ReadText(temp / "a/" + name), ReadText(temp / "b/" + name)) << name;
   }
+}
+
+TEST(ResultRows, WrittenAsTheyComeAreTheSameBytes) {
+  const TempFolder temp;
+  const Estimate estimate = SyntheticEstimate(kFrames, true);
+  ResultContext context = Context(estimate);
+  context.write_covariance = true;
+  ASSERT_TRUE(WriteResults(temp / "whole", estimate, context));
+  auto rows = ResultRows::Begin(temp / "rows", {true, false, {""}});
+  ASSERT_TRUE(rows);
+  for (size_t i = 0; i < kFrames; ++i) {  // the lag is some frames
+    ASSERT_TRUE((*rows)->Add(0, estimate.frames[i]));
+    if (i >= 5) ASSERT_TRUE((*rows)->AddLagged(0, estimate.lagged[i - 5]));
+  }
+  for (size_t i = kFrames - 5; i < kFrames; ++i) {
+    ASSERT_TRUE((*rows)->AddLagged(0, estimate.lagged[i]));
+  }
+  EXPECT_FALSE(fs::exists(temp / "rows"));
+  ASSERT_TRUE(WriteResults(temp / "rows", std::move(*rows), estimate, context));
+  EXPECT_EQ(Names(temp / "rows"), Names(temp / "whole"));
+  for (const std::string& name : Names(temp / "whole")) {
+    EXPECT_EQ(ReadText(temp / "whole/" + name), ReadText(temp / "rows/" + name)) << name;
+  }
+}
+
+TEST(ResultRows, OfARunThatEndsBeforeLeaveWhatWasThere) {
+  const TempFolder temp;
+  fs::create_directory(temp / "out");
+  WriteText(temp / "out/states.csv", "older");
+  {
+    auto rows = ResultRows::Begin(temp / "out", {false, true, {"", "drone"}});
+    ASSERT_TRUE(rows);
+    ASSERT_TRUE((*rows)->Add(1, FrameEstimate()));
+  }
+  EXPECT_THAT(Names(temp / "out"), UnorderedElementsAre("states.csv"));
+  EXPECT_EQ(ReadText(temp / "out/states.csv"), "older");
+}
+
+TEST(ResultRows, ThatCannotBeWrittenAreTold) {
+  const TempFolder temp;
+  auto rows = ResultRows::Begin(temp / "out", {false, false, {""}});
+  ASSERT_TRUE(rows);
+  ASSERT_TRUE((*rows)->set().Add("states_lagged.csv", "in the way"));
+  const Status told = (*rows)->AddLagged(0, FrameEstimate());
+  ASSERT_FALSE(told);
+  EXPECT_EQ(told.error().message, temp / "out/states_lagged.csv" + ": cannot write: File exists");
+  EXPECT_FALSE((*rows)->Add(0, FrameEstimate()));
 }
 
 TEST(ResultWriter, TumFilesReadBack) {

@@ -101,11 +101,11 @@ TEST(RigCalibration, SlowFindsMountsAndClocksOfCamerasThatSeeInTurn) {
 }
 
 TEST(RigCalibration, HoldsWhatIsToBeHeldAndNamesWhoSeesNothing) {
-  const SetUp truth = RigOfThree();
+  const tagtwist::SetUp truth = RigOfThree();
   ExactModelOptions model = ModelUnder(WhiteNoiseOn::kJerk);
   model.frames = 60;
   ExactModelFlight flight = Fly(truth, model, true, {0, 0, 0});
-  SetUp off = truth;
+  tagtwist::SetUp off = truth;
   off.rig.cameras[1].cam_from_body =
       truth.rig.cameras[1].cam_from_body * MakePose(ExpSo3({0.01, 0, 0}), {0.01, 0, 0});
   const auto held = CalibrateRig(off, {}, {0.03, 0, 0}, flight.measurements);

@@ -1,4 +1,4 @@
-#include "apps/estimate/calibrate.h"
+#include "apps/estimate/calibrate/calibrate.h"
 
 #include <iostream>
 #include <utility>
