@@ -63,8 +63,8 @@ TEST(ImuInWindow, CarriesTheStateThroughGaps) {
   EXPECT_LT(by_both.velocity_mps, 0.7 * by_tags.velocity_mps);
 }
 
-// One tag in view and a phone's IMU: at arrival the velocity is known many times better than by the
-// tag, from soon after the first second on, and as well as is said.
+// One tag in view and a phone's IMU: at arrival the velocity is known three times better than by
+// the tag, from soon after the first second on, and as well as is said.
 TEST(ImuInWindow, SlowKnowsTheVelocityOfALoneTagsFrames) {
   ImuFlightOptions options;
   options.duration_s = 10;
@@ -84,7 +84,7 @@ TEST(ImuInWindow, SlowKnowsTheVelocityOfALoneTagsFrames) {
     const ImuFlightErrors with = ErrorsOf(RunWindow(flight, true).at_arrival, flight, true, kFromS);
     const ImuFlightErrors without =
         ErrorsOf(RunWindow(flight, false).at_arrival, flight, true, kFromS);
-    EXPECT_LT(with.velocity_mps, without.velocity_mps / 5) << draw;
+    EXPECT_LT(with.velocity_mps, without.velocity_mps / 3) << draw;
     EXPECT_LT(with.position_m, without.position_m) << draw;
     nees_pose += with.nees_pose / kDraws;
     nees_twist += with.nees_twist / kDraws;

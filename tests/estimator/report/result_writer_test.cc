@@ -110,7 +110,9 @@ TEST(ResultRows, WrittenAsTheyComeAreTheSameBytes) {
   ASSERT_TRUE(rows);
   for (size_t i = 0; i < kFrames; ++i) {  // the lag is some frames
     ASSERT_TRUE((*rows)->Add(0, estimate.frames[i]));
-    if (i >= 5) ASSERT_TRUE((*rows)->AddLagged(0, estimate.lagged[i - 5]));
+    if (i >= 5) {
+      ASSERT_TRUE((*rows)->AddLagged(0, estimate.lagged[i - 5]));
+    }
   }
   for (size_t i = kFrames - 5; i < kFrames; ++i) {
     ASSERT_TRUE((*rows)->AddLagged(0, estimate.lagged[i]));

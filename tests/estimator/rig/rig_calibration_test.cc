@@ -30,7 +30,10 @@ ExactModelFlight Fly(const SetUp& set_up, const ExactModelOptions& model, bool a
       const auto seed =
           static_cast<unsigned>(1000 * model.random_seed + 3 * i) + static_cast<unsigned>(camera);
       const int64_t stamp_ns = t_ns - std::llround(1e9 * offsets_s[static_cast<size_t>(camera)]);
-      if (frames.empty() || frames.back().t_ns != stamp_ns) frames.push_back({stamp_ns});
+      if (frames.empty() || frames.back().t_ns != stamp_ns) {
+        frames.emplace_back();
+        frames.back().t_ns = stamp_ns;
+      }
       for (const TagDetection& tag : SeenByCamera(set_up, camera, out.truth[i].world_from_body,
                                                   model.corner_sigma_px, seed)) {
         frames.back().tags.push_back(tag);
