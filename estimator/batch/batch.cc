@@ -205,7 +205,6 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   out.trajectory =
       MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
   AddSharedErrors(of_imu, &out.trajectory, &covariances);
-  if (!out.imu) AddFastVibration(setup_, out.noise, input.frames, &out.trajectory, &covariances);
   const std::vector<bool> ambiguous = CoverOpenAccounts(open, &out.trajectory, &covariances);
   out.systematic = AddSystematic(setup_, out.noise, solution->graph, input.frames, &out.trajectory,
                                  &covariances);

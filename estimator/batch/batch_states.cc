@@ -1,11 +1,7 @@
 #include "estimator/batch/batch_states.h"
 
-#include <algorithm>
-#include <optional>
 #include <utility>
 
-#include "estimator/motion/fast_vibration.h"
-#include "estimator/motion/tags_alone.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/prior_power.h"
 #include "estimator/systematic/systematic_errors.h"
@@ -86,34 +82,6 @@ SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noi
   const SystematicBasis basis(setup, TagsSeenMost(frames));
   const SystematicErrors errors = LearnSystematicErrors(basis, noise, frames);
   return AddSystematicErrors(basis, errors, noise, graph, frames, trajectory, covariances);
-}
-
-void AddFastVibration(const EstimatorSetup& setup, const NoiseModel& noise,
-                      const std::vector<GraphFrame>& frames, Trajectory* trajectory,
-                      std::vector<StateCovariance>* covariances) {
-  constexpr size_t kAround = 30;  // half of those that tell it
-  std::vector<std::optional<PoseMeasurement>> poses(frames.size());
-  setup.for_ranges(frames.size(), [&](size_t first, size_t last) {
-    for (size_t k = first; k < last; ++k) {
-      poses[k] =
-          PoseOfTags(setup, noise.corner_sigma_px, frames[k].tags, frames[k].state.world_from_body);
-    }
-  });
-  FastVibration vibration;
-  std::vector<StateVector> until;  // of the frames that tell a pose
-  std::vector<size_t> count;       // of these before each frame
-  for (size_t k = 0; k < frames.size(); ++k) {
-    count.push_back(until.size());
-    if (!poses[k] || !poses[k]->is_consensus) continue;
-    vibration.Add(frames[k].t_ns, *poses[k]);
-    until.push_back(vibration.variances());
-  }
-  if (until.empty()) return;
-  for (size_t k = 0; k < frames.size(); ++k) {
-    const StateVector& more = until[std::min(count[k] + kAround, until.size() - 1)];
-    (*covariances)[k].diagonal() += more;
-    trajectory->covariances[k].diagonal().head<12>() += more;
-  }
 }
 
 void PutBack(const std::vector<int>& state_of_frame, const Trajectory& trajectory,

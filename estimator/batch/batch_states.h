@@ -44,11 +44,6 @@ SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noi
                               const Graph& graph, const std::vector<GraphFrame>& frames,
                               Trajectory* trajectory, std::vector<StateCovariance>* covariances);
 
-/// Of vibrations that are faster than the frames show (FastVibration) the twist's covariances grow.
-void AddFastVibration(const EstimatorSetup& setup, const NoiseModel& noise,
-                      const std::vector<GraphFrame>& frames, Trajectory* trajectory,
-                      std::vector<StateCovariance>* covariances);
-
 /// Frames with a state out of the input again; the others take theirs from the trajectory.
 void PutBack(const std::vector<int>& state_of_frame, const Trajectory& trajectory,
              GraphInput* input, std::vector<GraphFrame>* frames);

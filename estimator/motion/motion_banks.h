@@ -81,10 +81,6 @@ class MotionHistory {
   }
 
   const MotionBanks& banks() const { return banks_; }
-  /// What the tags of the latest frame say alone, where they agree.
-  std::optional<PoseMeasurement> newest() const {
-    return frames_.empty() ? std::nullopt : frames_.back().pose;
-  }
   /// Whether the latest frames, about a hundred, are likelier beyond doubt under the bank than
   /// under the noise model's density, and than under a tenth of it: that is taken rather too high
   /// where tags barely resolve the motion, which is no reason to believe in rest.

@@ -7,7 +7,6 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/graph/trajectory.h"
-#include "estimator/motion/fast_vibration.h"
 #include "estimator/motion/tags_alone.h"
 #include "estimator/result/estimate.h"
 #include "estimator/result/rig_tally.h"
@@ -138,7 +137,6 @@ class FixedLagSmoother {
   StampCheck stamps_;                         // of all frames
   bool began_too_soon_ = false;               // the window, with the latest frame
   PredictionCheck prediction_check_;          // of the frames that left
-  FastVibration vibration_;                   // by all frames
   WindowPower power_;                         // of the frames that left
   NoiseStatistics statistics_;                // of the frames that left, fading
   bool has_learned_ = false;

@@ -108,7 +108,6 @@ std::optional<StateAndCovariance> FixedLagSmoother::PredictAt(int64_t t_ns) cons
     const StateVector by = prediction_check_.At(gap_s + ahead_s).OfSigmas();
     out->covariance = Scaled(out->covariance, by);
   }
-  out->covariance.diagonal() += vibration_.variances();
   return out;
 }
 
@@ -143,7 +142,7 @@ FrameEstimate FixedLagSmoother::EstimateOfUnseen(int state, const Unseen& unseen
       hypotheses_.size() > 1 || IsMirrorOpen() ? FrameStatus::kNoFix : FrameStatus::kPredicted;
   out.state = at->state;
   out.covariance = Scaled(at->covariance, prediction_check_.At(gap_s).OfSigmas());
-  out.covariance.diagonal() += more + vibration_.variances();
+  out.covariance.diagonal() += more;
   if (unseen.pose) {
     const auto open_ns = static_cast<int64_t>(std::llround(1e9 * unseen.open_s));
     OpenTwist(*around.At(unseen.t_ns + open_ns), &out);
@@ -199,7 +198,6 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   if (state + 1 == static_cast<int>(seen_.size())) {  // how lively it is shows later
     out.covariance.diagonal() += ExcessVariances(likeliest);
   }
-  out.covariance.diagonal() += vibration_.variances();
   const bool is_absurd = !(out.state.twist.v_world.norm() < kFastestMps);
   if (IsMirrorOpen() || seen_[k].is_doubted || is_absurd) out.status = FrameStatus::kNoFix;
   if (hypotheses_.size() > 1) {

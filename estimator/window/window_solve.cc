@@ -107,10 +107,7 @@ void FixedLagSmoother::FollowMotion() {
   for (WindowHypothesis& hypothesis : hypotheses_) {
     hypothesis.motion.Add(setup_, noise_, hypothesis.input.frames.back());
   }
-  if (hypotheses_.size() > 1) return;
-  LetMotionVary(&hypotheses_[0]);
-  const auto pose = hypotheses_[0].motion.newest();
-  if (pose) vibration_.Add(hypotheses_[0].input.frames.back().t_ns, *pose);
+  if (hypotheses_.size() == 1) LetMotionVary(&hypotheses_[0]);
 }
 
 void FixedLagSmoother::LetMotionVary(WindowHypothesis* hypothesis) const {
