@@ -30,11 +30,11 @@ struct RigCalibration {
 };
 
 /// How the cameras of a rig stand against its first one, and their clocks, from a recording over
-/// the map. Each is estimated alone first (so mounts need not be known); then, with the states of
-/// all, the mounts and clocks by Gauss-Newton, the states and the errors of lens, map and corners
-/// that last eliminated. Mounts or clocks whose prior is 0 stay as given; the size of the others'
-/// is not used for mounts. Lenses and the map stay; the first camera says where the body is.
-/// Errors, in words, name the camera.
+/// the map. Each is estimated alone first (so mounts need not be known); then mounts and clocks are
+/// found with the states of all, by Gauss-Newton. What errors of lens, map and corners that last do
+/// to them is in their sigmas. Mounts or clocks whose prior is 0 stay as given; other mounts'
+/// priors are wide, whatever is told. Lenses and the map stay; the first camera says where the body
+/// is. Errors, in words, name the camera.
 Result<RigCalibration> CalibrateRig(const SetUp& set_up, const EstimatorOptions& options,
                                     const MountPriors& priors,
                                     const std::vector<FrameMeasurements>& measurements,
