@@ -5,9 +5,7 @@
 namespace tagtwist::internal {
 namespace {
 
-// Entries of the error state, and of the rates.
-constexpr int kPosition = 3, kVelocity = 6, kRate = 9, kThird = 12, kLast = 15;
-constexpr int kRatesVelocity = 0, kRatesRate = 3, kRatesThird = 6, kRatesLast = 9;
+constexpr int kPosition = 3, kVelocity = 6;  // entries of the error state
 
 }  // namespace
 
@@ -15,20 +13,13 @@ GraphStep DifferenceInWorld(const GraphState& state, const GraphState& reference
                             PriorTangent tangent) {
   if (tangent == PriorTangent::kOwn) return Difference(state, reference);
   const Eigen::Quaterniond turn = state.pose.rotation() * reference.pose.rotation().conjugate();
-  const auto of = [&](int entry) { return state.rates.segment<3>(entry); };
-  const auto of_reference = [&](int entry) {
-    return Eigen::Vector3d(reference.rates.segment<3>(entry));
-  };
   GraphStep out;
   out.head<3>() = LogSo3(turn);
   out.segment<3>(kPosition) =
       state.pose.translation() - turn * Eigen::Vector3d(reference.pose.translation());
-  out.segment<3>(kVelocity) = of(kRatesVelocity) - turn * of_reference(kRatesVelocity);
-  out.segment<3>(kRate) = of(kRatesRate) - of_reference(kRatesRate);
-  out.segment<3>(kThird) = tangent == PriorTangent::kWorld
-                               ? of(kRatesThird) - turn * of_reference(kRatesThird)
-                               : of(kRatesThird) - of_reference(kRatesThird);
-  out.segment<3>(kLast) = of(kRatesLast) - of_reference(kRatesLast);
+  out.segment<3>(kVelocity) =
+      state.rates.head<3>() - turn * Eigen::Vector3d(reference.rates.head<3>());
+  out.tail<9>() = state.rates.tail<9>() - reference.rates.tail<9>();
   return out;
 }
 
@@ -45,10 +36,7 @@ Block DifferenceInWorldByStep(const GraphState& state, const GraphState& referen
   const Eigen::Vector3d left = LogSo3(Eigen::Quaterniond(turn));
   out.topLeftCorner<3, 3>() = RightJacobianInverseSo3(-left) * rotation;
   out.block<3, 3>(kPosition, 0) = moved_by_turn(reference.pose.translation());
-  out.block<3, 3>(kVelocity, 0) = moved_by_turn(reference.rates.segment<3>(kRatesVelocity));
-  if (tangent == PriorTangent::kWorld) {
-    out.block<3, 3>(kThird, 0) = moved_by_turn(reference.rates.segment<3>(kRatesThird));
-  }
+  out.block<3, 3>(kVelocity, 0) = moved_by_turn(reference.rates.head<3>());
   return out;
 }
 

@@ -13,14 +13,13 @@ namespace tagtwist::internal {
 /// another, it comes to be known by itself: sigmas are too small by then (Huang, Mourikis and
 /// Roumeliotis 2010; with errors in W Barrau and Bonnabel 2017).
 enum class PriorTangent {
-  kOwn,            // GraphState's error state
-  kWorld,          // DifferenceInWorld
-  kWorldOfBiases,  // the same of states whose accelerations hold an IMU's biases, which do not turn
+  kOwn,    // GraphState's error state
+  kWorld,  // DifferenceInWorld
 };
 
-/// From a reference to a state, 18 entries: [turn in W; what of position, velocity and acceleration
-/// in W is left when the reference is turned so about W's origin; of the rest the difference], in
-/// the order of GraphState's error state.
+/// From a reference to a state, 18 entries: [turn in W; what of position and velocity in W is left
+/// when the reference is turned so about W's origin; of the rest, an IMU's biases in place of
+/// accelerations, the difference], in the order of GraphState's error state. Difference of kOwn.
 GraphStep DifferenceInWorld(const GraphState& state, const GraphState& reference,
                             PriorTangent tangent);
 

@@ -30,7 +30,7 @@ struct CalibratedState {
 class CalibrationBorder {
  public:
   /// That of the chain's prior.
-  static constexpr PriorTangent kTangent = PriorTangent::kWorldOfBiases;
+  static constexpr PriorTangent kTangent = PriorTangent::kWorld;
 
   CalibrationBorder() = default;
   /// Of a chain whose first state is that one.
