@@ -58,6 +58,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   estimator/evaluation/pose_series.h
   # images in, states out
   estimator/calibration/options.h
+  estimator/online/camera_image.h
   estimator/online/config.h
   estimator/online/online_estimator.h
   estimator/online/online_options.h

@@ -10,7 +10,6 @@
 #include "frontend/tags/find_tags.h"
 
 namespace tagtwist::internal {
-
 namespace {
 
 Status CheckImageSize(const Frame& frame, const Rig& rig) {
@@ -19,24 +18,36 @@ Status CheckImageSize(const Frame& frame, const Rig& rig) {
   return problem ? Status(Error{frame.name + ": " + *problem}) : Ok();
 }
 
-// What another camera sees of a body at the same time.
-void Merge(const FrameMeasurements& from, FrameMeasurements* to) {
-  to->tags.insert(to->tags.end(), from.tags.begin(), from.tags.end());
-  to->doubled_ids.insert(to->doubled_ids.end(), from.doubled_ids.begin(), from.doubled_ids.end());
-  to->cut_short = to->cut_short || from.cut_short;
-  if (!to->closed_form.world_from_body) to->closed_form = from.closed_form;
-}
-
 void Merge(const MeasuredFrame& other, MeasuredFrame* frame) {
-  Merge(other.measurements, &frame->measurements);
+  AddCamera(other.measurements, &frame->measurements);
   for (size_t i = 0; i < other.of_others.size(); ++i) {
-    Merge(other.of_others[i], &frame->of_others[i]);
+    AddCamera(other.of_others[i], &frame->of_others[i]);
   }
   if (frame->image_problem.empty()) frame->image_problem = other.image_problem;
   frame->images.insert(frame->images.end(), other.images.begin(), other.images.end());
   frame->detect_ms += other.detect_ms;
   frame->track_ms += other.track_ms;
   frame->seed_ms += other.seed_ms;
+}
+
+// Ids that a frame's own detections double, and those that it tells of besides.
+std::vector<int> DoubledIdsOf(const Frame& frame, const TagMap& map) {
+  std::vector<int> out = DoubledIds(frame.detections, map);
+  for (const int id : frame.doubled_ids) {
+    if (map.Find(id) != nullptr) out.push_back(id);
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+bool IsSwept(const Config& config, DetectionMode detection) {
+  return detection != DetectionMode::kFull && config.front_end.detector.refine_pattern &&
+         config.set_up.rig.mounted_on == MountedOn::kBody && config.bodies.empty();
+}
+
+bool SearchesImages(const StreamOptions& options) {
+  return !options.use_detections && options.measured == nullptr;
 }
 
 }  // namespace
@@ -52,21 +63,6 @@ Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig, SpanO
   return frame;
 }
 
-namespace {
-
-// Ids that a frame's own detections double, and those that it tells of besides.
-std::vector<int> DoubledIdsOf(const Frame& frame, const TagMap& map) {
-  std::vector<int> out = DoubledIds(frame.detections, map);
-  for (const int id : frame.doubled_ids) {
-    if (map.Find(id) != nullptr) out.push_back(id);
-  }
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
-}
-
-}  // namespace
-
 void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
   times->detect_ms.push_back(frame.detect_ms);
   times->track_ms.push_back(frame.track_ms);
@@ -74,21 +70,8 @@ void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
   times->frame_ms.push_back(frame.detect_ms + frame.track_ms + frame.seed_ms);
 }
 
-namespace {
-
-bool IsSwept(const Config& config, DetectionMode detection) {
-  return detection != DetectionMode::kFull && config.front_end.detector.refine_pattern &&
-         config.set_up.rig.IsOneOnTheBody() && config.bodies.empty();
-}
-
-bool SearchesImages(const StreamOptions& options) {
-  return !options.use_detections && options.measured == nullptr;
-}
-
-}  // namespace
-
 size_t FramesPerPiece(const Config& config, DetectionMode detection) {
-  return IsSwept(config, detection) ? TagSweep::PieceLength(config.set_up.rig.front().camera) : 1;
+  return IsSwept(config, detection) ? TagSweep::PieceLength(config.set_up.rig) : 1;
 }
 
 Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Config& config,
@@ -106,9 +89,11 @@ Result<MeasurementStream> MeasurementStream::Create(DataSource* source, const Co
   const TagDetectorOptions& look = config.front_end.detector;
   for (Searcher& searcher : searchers) {
     if (SearchesImages(options) && IsSwept(config, options.detection)) {
-      auto sweep = TagSweep::Create(config.set_up, look, shared->refiners.front());
-      if (!sweep) return sweep.error();
-      searcher.sweep.emplace(std::move(*sweep));
+      for (size_t i = 0; i < shared->refiners.size(); ++i) {
+        auto sweep = TagSweep::Create(SetUpOfCamera(config.set_up, i), look, shared->refiners[i]);
+        if (!sweep) return sweep.error();
+        searcher.sweeps.push_back(std::move(*sweep));
+      }
     } else {
       auto detector = TagDetector::Create(config.set_up.map.family(), look);
       if (!detector) return detector.error();
@@ -123,9 +108,8 @@ MeasurementStream::MeasurementStream(DataSource* source, std::unique_ptr<const S
     : source_(source), shared_(std::move(shared)), searchers_(std::move(searchers)) {
   for (const SetUp& set_up : shared_->config.SetUps()) {
     std::vector<FrontEnd>& of_body = front_ends_.emplace_back();
-    for (const RigCamera& mounted : set_up.rig.cameras) {
-      const Rig alone{{mounted}, set_up.rig.mounted_on};
-      of_body.emplace_back(SetUp{alone, set_up.map}, shared_->config.front_end);
+    for (size_t i = 0; i < set_up.rig.cameras.size(); ++i) {
+      of_body.emplace_back(SetUpOfCamera(set_up, i), shared_->config.front_end);
     }
   }
 }
@@ -158,21 +142,48 @@ SearchedFrame MeasurementStream::DetectOne(Frame frame, const Shared& shared,
   return out;
 }
 
+// Each camera's images by themselves.
+MeasurementStream::Piece MeasurementStream::Sweep(std::vector<Frame> frames,
+                                                  std::vector<TagSweep>* sweeps) {
+  Piece out;
+  std::vector<std::vector<SweepImage>> images(sweeps->size());
+  const auto take = [&](Frame&& frame) {
+    images[static_cast<size_t>(frame.camera)].push_back({frame.t_ns, frame.image});
+    SearchedFrame searched;
+    searched.frame = std::move(frame);
+    return searched;
+  };
+  for (Frame& frame : frames) {
+    std::vector<Frame> others = std::move(frame.others);
+    out.push_back(take(std::move(frame)));
+    for (Frame& other : others) out.back().others.push_back(take(std::move(other)));
+  }
+  std::vector<std::vector<SweptTags>> found;
+  for (size_t i = 0; i < sweeps->size(); ++i) found.push_back((*sweeps)[i].Find(images[i]));
+  std::vector<size_t> next(sweeps->size());
+  const auto give = [&](SearchedFrame* searched) {
+    const auto camera = static_cast<size_t>(searched->frame.camera);
+    SweptTags& swept = found[camera][next[camera]++];
+    searched->tags = std::move(swept.tags);
+    searched->doubled_ids = std::move(swept.doubled_ids);
+    for (TagDetection& tag : searched->tags) tag.camera = searched->frame.camera;
+  };
+  for (SearchedFrame& searched : out) {
+    give(&searched);
+    for (SearchedFrame& other : searched.others) give(&other);
+  }
+  return out;
+}
+
 MeasurementStream::Piece MeasurementStream::Detect(std::vector<Frame> frames, const Shared& shared,
                                                    Searcher* searcher) {
   const Span span(shared.options.spans, "detect");
   const Stopwatch watch;
   Piece out;
-  if (!searcher->sweep) {
+  if (searcher->sweeps.empty()) {
     for (Frame& frame : frames) out.push_back(DetectOne(std::move(frame), shared, *searcher));
   } else {
-    std::vector<SweepImage> images;
-    for (const Frame& frame : frames) images.push_back({frame.t_ns, frame.image});
-    std::vector<SweptTags> found = searcher->sweep->Find(images);
-    for (size_t i = 0; i < frames.size(); ++i) {
-      out.push_back(
-          {std::move(frames[i]), std::move(found[i].tags), 0, std::move(found[i].doubled_ids)});
-    }
+    out = Sweep(std::move(frames), &searcher->sweeps);
   }
   const double share_ms = watch.ElapsedMs() / static_cast<double>(out.size());
   for (SearchedFrame& frame : out) frame.detect_ms = share_ms;

@@ -3,12 +3,12 @@
 #include <future>
 #include <limits>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "estimator/live/frame_deadline.h"
+#include "estimator/online/camera_image.h"
 #include "estimator/online/config.h"
 #include "estimator/online/measure_frame.h"
 #include "estimator/online/online_options.h"
@@ -22,12 +22,6 @@
 #include "frontend/types/measured_tags.h"
 
 namespace tagtwist::internal {
-
-/// What one camera of the rig saw.
-struct CameraImage {
-  int camera = 0;
-  cv::Mat image;  // 8-bit gray; empty: none was read
-};
 
 /// One frame of a recording, measured, and what it took.
 struct MeasuredFrame {
@@ -75,10 +69,10 @@ size_t FramesPerPiece(const Config& config, DetectionMode detection);
 
 /// Runs the frontend over a recording. With more than one thread the tags of the next frames, or
 /// pieces of them, are detected ahead while this frame's tracks are followed. What `measured`
-/// points to must outlive the stream. Of a rig each image is searched by itself, the tags of all
-/// cameras at one time are one frame's, the closed form is that of the first camera that has any,
-/// and there are no tracks; so it is with cameras that stand. Of several bodies the tags are
-/// parted.
+/// points to must outlive the stream. Of a rig each camera's images are searched by themselves, the
+/// tags of all cameras at one time are one frame's, the closed form is that of the first camera
+/// that has any, and there are no tracks; so it is with cameras that stand. Of several bodies the
+/// tags are parted.
 class MeasurementStream {
  public:
   static Result<MeasurementStream> Create(DataSource* source, const Config& config,
@@ -105,7 +99,7 @@ class MeasurementStream {
   // What a task has for itself.
   struct Searcher {
     std::optional<TagDetector> detector;  // each image by itself,
-    std::optional<TagSweep> sweep;        // or a piece of them
+    std::vector<TagSweep> sweeps;         // or a piece of them, of each camera
   };
 
   MeasurementStream(DataSource* source, std::unique_ptr<const Shared> shared,
@@ -116,6 +110,7 @@ class MeasurementStream {
   DetectedFrame TakeSeenOf(size_t body, SearchedFrame* searched) const;
   MeasuredFrame Measure(SearchedFrame* searched);
   static Piece Detect(std::vector<Frame> frames, const Shared& shared, Searcher* searcher);
+  static Piece Sweep(std::vector<Frame> frames, std::vector<TagSweep>* sweeps);
   static SearchedFrame DetectOne(Frame frame, const Shared& shared, const Searcher& searcher);
 
   DataSource* source_;

@@ -6,6 +6,7 @@
 #include "estimator/jobs/kept/kept_states.h"
 #include "estimator/jobs/kept/told_bodies.h"
 #include "estimator/jobs/measurement_stream.h"
+#include "estimator/jobs/on_threads.h"
 #include "estimator/jobs/recording_walk.h"
 #include "estimator/jobs/stamp_error.h"
 #include "estimator/live/frame_deadline.h"
@@ -19,6 +20,10 @@ namespace {
 
 SeenBody SeenOf(const FrameMeasurements& measured, const WindowOutput& output) {
   return {output.current, measured.tags, output.used_tags, output.reprojection_px};
+}
+
+std::string ImageProblemOf(const Frame& frame) {
+  return frame.image_problem.empty() ? "" : frame.name + ": " + frame.image_problem;
 }
 
 // What a window says of itself when it is at its end.
@@ -86,8 +91,8 @@ OnlineOptions OnlineRun::Impl::MakeOnlineOptions() {
   OnlineOptions online;
   online.use_imu = options.use_imu;
   // Detections at hand need no search: what is in the stream is measured.
-  const bool in_stream =
-      options.use_detections || !config.set_up.rig.IsOneOnTheBody() || !config.bodies.empty();
+  const bool in_stream = options.use_detections ||
+                         config.set_up.rig.mounted_on != MountedOn::kBody || !config.bodies.empty();
   online.detection = in_stream && options.detection == DetectionMode::kAuto ? DetectionMode::kFull
                                                                             : options.detection;
   if (deadline) {
@@ -96,6 +101,7 @@ OnlineOptions OnlineRun::Impl::MakeOnlineOptions() {
   }
   online.after_stage = [this](FrameStage stage) { TakeTime(stage); };
   online.spans = options.spans;
+  if (config.set_up.rig.IsOfSeveral()) online.for_ranges = OnThreads(options.threads);
   return online;
 }
 
@@ -131,14 +137,16 @@ Status OnlineRun::Impl::MakeEstimator() {
 
 void OnlineRun::Impl::TakeTime(FrameStage stage) {
   const double ms = since_last_stage.ElapsedMs();
-  if (stage == FrameStage::kDetect) {
-    frame_times.detect_ms.push_back(ms);
-    frame_times.frame_ms.push_back(0);
-  }
-  if (stage == FrameStage::kTrack) frame_times.track_ms.push_back(ms);
-  if (stage == FrameStage::kClosedForm) frame_times.seed_ms.push_back(ms);
-  if (stage == FrameStage::kSolve) frame_times.optimise_ms.push_back(ms);
-  frame_times.frame_ms.back() += ms;
+  // Each camera of a rig tells of its own.
+  const auto add = [ms](std::vector<double>* of_frame) {
+    of_frame->resize(1);
+    of_frame->back() += ms;
+  };
+  if (stage == FrameStage::kDetect) add(&frame_times.detect_ms);
+  if (stage == FrameStage::kTrack) add(&frame_times.track_ms);
+  if (stage == FrameStage::kClosedForm) add(&frame_times.seed_ms);
+  if (stage == FrameStage::kSolve) add(&frame_times.optimise_ms);
+  add(&frame_times.frame_ms);
   since_last_stage = Stopwatch();
 }
 
@@ -149,13 +157,16 @@ Result<std::optional<WindowOutput>> OnlineRun::Impl::NextOfImage() {
   if (deadline) deadline->Start();
   since_last_stage = Stopwatch();
   if (options.use_imu) estimator->AddImu(imu.Until((*taken)->t_ns));
-  auto output = estimator->AddImage((*taken)->t_ns, (*taken)->image);
+  frame.images = {{(*taken)->camera, (*taken)->image}};
+  std::string problem = ImageProblemOf(**taken);
+  for (const Frame& other : (*taken)->others) {
+    frame.images.push_back({other.camera, other.image});
+    if (problem.empty()) problem = ImageProblemOf(other);
+  }
+  auto output = estimator->AddImages((*taken)->t_ns, frame.images);
   if (options.on_measurements) options.on_measurements(estimator->measurements());
   if (!output) return walk.OfFrame(output.error());
-  frame.images = {{0, (*taken)->image}};
-  const std::string& problem = (*taken)->image_problem;
-  walk.Add(problem.empty() ? problem : (*taken)->name + ": " + problem,
-           !estimator->measurements().tags.empty());
+  walk.Add(problem, !estimator->measurements().tags.empty());
   return std::optional<WindowOutput>(std::move(*output));
 }
 

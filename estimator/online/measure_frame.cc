@@ -24,4 +24,15 @@ FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options
   return out;
 }
 
+void AddCamera(const FrameMeasurements& from, FrameMeasurements* to) {
+  to->tags.insert(to->tags.end(), from.tags.begin(), from.tags.end());
+  to->doubled_ids.insert(to->doubled_ids.end(), from.doubled_ids.begin(), from.doubled_ids.end());
+  to->cut_short = to->cut_short || from.cut_short;
+  if (!to->closed_form.world_from_body) to->closed_form = from.closed_form;
+}
+
+SetUp SetUpOfCamera(const SetUp& set_up, size_t camera) {
+  return {Rig{{set_up.rig.cameras.at(camera)}, set_up.rig.mounted_on}, set_up.map};
+}
+
 }  // namespace tagtwist::internal

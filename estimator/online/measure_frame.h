@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <vector>
@@ -6,6 +7,7 @@
 #include "estimator/online/online_options.h"
 #include "frontend/front_end.h"
 #include "frontend/types/measurements.h"
+#include "frontend/types/rig.h"
 
 namespace tagtwist::internal {
 
@@ -16,6 +18,7 @@ struct DetectedFrame {
   bool cut_short = false;  // the time was up before all were looked for
   cv::Mat image;           // empty: none, or a bad one
   std::vector<int> doubled_ids = {};
+  int camera = 0;  // of the rig that saw it
 };
 
 /// Tracks and closed form of the next frame. Where detection's time is up no more is tracked:
@@ -23,5 +26,12 @@ struct DetectedFrame {
 /// "closed form".
 FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
                                FrontEnd* front_end);
+
+/// What another camera of the rig measured at the same time; the closed form is that of the first
+/// that has a pose.
+void AddCamera(const FrameMeasurements& from, FrameMeasurements* to);
+
+/// One camera of the rig, by its index, before the same map.
+SetUp SetUpOfCamera(const SetUp& set_up, size_t camera);
 
 }  // namespace tagtwist::internal

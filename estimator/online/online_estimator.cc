@@ -22,7 +22,7 @@ namespace {
 
 bool IsGuided(const Config& config, DetectionMode mode) {
   if (mode != DetectionMode::kAuto) return mode == DetectionMode::kGuided;
-  if (!config.set_up.rig.IsOneOnTheBody()) return false;
+  if (config.set_up.rig.mounted_on != MountedOn::kBody) return false;
   return config.front_end.detector.refine_pattern;
 }
 
@@ -30,15 +30,20 @@ bool IsGuided(const Config& config, DetectionMode mode) {
 
 struct OnlineEstimator::Impl {
   Impl(const Config& with_config, const OnlineOptions& with_options)
-      : config(with_config),
-        options(with_options),
-        front_end(config.set_up, config.front_end),
-        window(config.set_up, config.estimator) {
+      : config(with_config), options(with_options), window(config.set_up, config.estimator) {
+    for (size_t i = 0; i < config.set_up.rig.cameras.size(); ++i) {
+      front_ends.emplace_back(SetUpOfCamera(config.set_up, i), config.front_end);
+    }
     if (options.use_imu) window.Use(config.imu);
   }
 
-  Status Check(int64_t t_ns, const cv::Mat& gray) const;
-  DetectedFrame Detect(int64_t t_ns, const cv::Mat& gray);
+  Status MakeDetectors(bool guided);
+  Status Check(int64_t t_ns, const std::vector<CameraImage>& images) const;
+  std::vector<DetectedFrame> Detect(int64_t t_ns, const std::vector<CameraImage>& images);
+  void Detect(const CameraImage& seen, const std::optional<PosePrediction>& prediction,
+              DetectedFrame* out);
+  FrameMeasurements Measure(std::vector<DetectedFrame> of_cameras);
+  bool is_guided() const { return !followers.empty(); }
   void Tell(FrameStage stage) const {
     if (options.after_stage) options.after_stage(stage);
   }
@@ -46,32 +51,41 @@ struct OnlineEstimator::Impl {
 
   Config config;
   OnlineOptions options;
-  std::optional<TagFollower> follower;  // guided,
-  std::optional<TagFinder> finder;      // or not
-  FrontEnd front_end;
+  std::vector<TagFollower> followers;  // of each camera: guided,
+  std::vector<TagFinder> finders;      // or not
+  std::vector<FrontEnd> front_ends;    // of each
   SlidingWindow window;
   FrameMeasurements last;
   bool has_frame = false;
 };
 
+Status OnlineEstimator::Impl::MakeDetectors(bool guided) {
+  const TagDetectorOptions& look = config.front_end.detector;
+  for (size_t i = 0; i < config.set_up.rig.cameras.size(); ++i) {
+    const SetUp of_camera = SetUpOfCamera(config.set_up, i);
+    if (guided) {
+      auto follower = TagFollower::Create(of_camera, look);
+      if (!follower) return follower.error();
+      followers.push_back(std::move(*follower));
+    } else {
+      auto finder = TagFinder::Create(of_camera, look);
+      if (!finder) return finder.error();
+      finders.push_back(std::move(*finder));
+    }
+  }
+  return Ok();
+}
+
 Result<OnlineEstimator> OnlineEstimator::Create(const Config& config,
                                                 const OnlineOptions& options) {
-  if (!config.set_up.rig.IsOneOnTheBody() && IsGuided(config, options.detection)) {
+  const bool guided = IsGuided(config, options.detection);
+  if (guided && config.set_up.rig.mounted_on != MountedOn::kBody) {
     return Error{
-        "guided detection follows one camera on the body, and the configuration has others: "
+        "guided detection is of cameras on the body, and those of the configuration stand: "
         "expected full detection"};
   }
-  if (!IsGuided(config, options.detection)) {
-    auto finder = TagFinder::Create(config.set_up, config.front_end.detector);
-    if (!finder) return finder.error();
-    auto impl = std::make_unique<Impl>(config, options);
-    impl->finder.emplace(std::move(*finder));
-    return OnlineEstimator(std::move(impl));
-  }
-  auto follower = TagFollower::Create(config.set_up, config.front_end.detector);
-  if (!follower) return follower.error();
-  auto impl = std::make_unique<Impl>(ForOnlineUse(config), options);
-  impl->follower.emplace(std::move(*follower));
+  auto impl = std::make_unique<Impl>(guided ? ForOnlineUse(config) : config, options);
+  if (const Status made = impl->MakeDetectors(guided); !made) return made.error();
   return OnlineEstimator(std::move(impl));
 }
 
@@ -80,34 +94,72 @@ OnlineEstimator::OnlineEstimator(OnlineEstimator&&) noexcept = default;
 OnlineEstimator& OnlineEstimator::operator=(OnlineEstimator&&) noexcept = default;
 OnlineEstimator::~OnlineEstimator() = default;
 
-bool OnlineEstimator::is_guided() const { return impl_->follower.has_value(); }
+bool OnlineEstimator::is_guided() const { return !impl_->followers.empty(); }
 
-Status OnlineEstimator::Impl::Check(int64_t t_ns, const cv::Mat& gray) const {
+Status OnlineEstimator::Impl::Check(int64_t t_ns, const std::vector<CameraImage>& images) const {
   if (has_frame && t_ns <= last.t_ns) {
     return Error{"stamps must grow: " + std::to_string(t_ns) + " ns follows " +
                  std::to_string(last.t_ns) + " ns"};
   }
-  if (!gray.empty() && !config.set_up.rig.IsOneOnTheBody()) {
-    return Error{"of cameras but one on the body corners are taken, not images"};
+  const std::vector<RigCamera>& cameras = config.set_up.rig.cameras;
+  int next = 0;
+  for (const CameraImage& seen : images) {
+    if (seen.camera < next || seen.camera >= static_cast<int>(cameras.size())) {
+      return Error{"cameras " + std::to_string(next) + " to " + std::to_string(cameras.size() - 1) +
+                   " may follow, got camera " + std::to_string(seen.camera)};
+    }
+    next = seen.camera + 1;
+    const Camera& camera = cameras[static_cast<size_t>(seen.camera)].camera;
+    if (const auto problem = ImageSizeProblem(seen.image, camera)) return Error{*problem};
   }
-  const auto problem = ImageSizeProblem(gray, config.set_up.rig.front().camera);
-  return problem ? Status(Error{*problem}) : Ok();
+  return Ok();
 }
 
-DetectedFrame OnlineEstimator::Impl::Detect(int64_t t_ns, const cv::Mat& gray) {
-  DetectedFrame out;
-  out.t_ns = t_ns;
-  out.image = gray;
+std::vector<DetectedFrame> OnlineEstimator::Impl::Detect(int64_t t_ns,
+                                                         const std::vector<CameraImage>& images) {
   const Span span(options.spans, "detect");
-  if (follower) {
-    out.tags = follower->Find(gray, PredictPose(window, t_ns), options.detection_time_up);
-    out.cut_short = follower->was_cut_short();
-    out.doubled_ids = follower->doubled_ids();
-  } else {
-    out.tags = finder->Find(gray, &out.doubled_ids);
-  }
+  const auto prediction = is_guided() ? PredictPose(window, t_ns) : std::nullopt;
+  std::vector<DetectedFrame> out(images.size());
+  options.for_ranges(images.size(), [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      out[i].t_ns = t_ns;
+      Detect(images[i], prediction, &out[i]);
+    }
+  });
   Tell(FrameStage::kDetect);
   return out;
+}
+
+void OnlineEstimator::Impl::Detect(const CameraImage& seen,
+                                   const std::optional<PosePrediction>& prediction,
+                                   DetectedFrame* out) {
+  out->image = seen.image;
+  out->camera = seen.camera;
+  const auto index = static_cast<size_t>(seen.camera);
+  if (is_guided()) {
+    TagFollower& follower = followers[index];
+    out->tags = follower.Find(seen.image, prediction, options.detection_time_up);
+    out->cut_short = follower.was_cut_short();
+    out->doubled_ids = follower.doubled_ids();
+  } else {
+    out->tags = finders[index].Find(seen.image, &out->doubled_ids);
+  }
+  for (TagDetection& tag : out->tags) tag.camera = seen.camera;
+}
+
+FrameMeasurements OnlineEstimator::Impl::Measure(std::vector<DetectedFrame> of_cameras) {
+  std::optional<FrameMeasurements> out;
+  for (DetectedFrame& detected : of_cameras) {
+    FrontEnd* const front_end = &front_ends[static_cast<size_t>(detected.camera)];
+    FrameMeasurements measured = MeasureFrame(std::move(detected), options, front_end);
+    if (out) {
+      AddCamera(measured, &*out);
+    } else {
+      out = std::move(measured);
+    }
+  }
+  if (front_ends.size() > 1) out->tracks.clear();  // ids are of each camera
+  return std::move(*out);
 }
 
 Result<WindowOutput> OnlineEstimator::Impl::Solve(FrameMeasurements measurements) {
@@ -120,9 +172,14 @@ Result<WindowOutput> OnlineEstimator::Impl::Solve(FrameMeasurements measurements
 }
 
 Result<WindowOutput> OnlineEstimator::AddImage(int64_t t_ns, const cv::Mat& gray) {
-  if (const auto fine = impl_->Check(t_ns, gray); !fine) return fine.error();
-  DetectedFrame detected = impl_->Detect(t_ns, gray);
-  return impl_->Solve(MeasureFrame(std::move(detected), impl_->options, &impl_->front_end));
+  return AddImages(t_ns, {{0, gray}});
+}
+
+Result<WindowOutput> OnlineEstimator::AddImages(int64_t t_ns,
+                                                const std::vector<CameraImage>& images) {
+  if (images.empty()) return Error{"a frame has an image, or an empty one, of a camera at least"};
+  if (const auto fine = impl_->Check(t_ns, images); !fine) return fine.error();
+  return impl_->Solve(impl_->Measure(impl_->Detect(t_ns, images)));
 }
 
 Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<TagDetection>& tags) {
@@ -131,25 +188,27 @@ Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<Ta
 
 Result<WindowOutput> OnlineEstimator::AddTags(int64_t t_ns, const std::vector<TagDetection>& tags,
                                               const cv::Mat& gray) {
-  if (const auto fine = impl_->Check(t_ns, gray); !fine) return fine.error();
+  if (const auto fine = impl_->Check(t_ns, {{0, gray}}); !fine) return fine.error();
   const Config& config = impl_->config;
-  DetectedFrame detected;
-  detected.t_ns = t_ns;
-  detected.image = gray;
+  std::vector<DetectedFrame> of_cameras;
   for (size_t i = 0; i < config.set_up.rig.cameras.size(); ++i) {
     const auto own = TagsOfCamera(tags, static_cast<int>(i));
-    const auto kept = FilterTags(own, config.set_up.map, config.set_up.rig.cameras[i].camera,
-                                 config.front_end.detector.border_px);
-    const auto doubled = DoubledIds(own, config.set_up.map);
-    detected.tags.insert(detected.tags.end(), kept.begin(), kept.end());
-    detected.doubled_ids.insert(detected.doubled_ids.end(), doubled.begin(), doubled.end());
+    if (own.empty() && i > 0) continue;
+    DetectedFrame detected;
+    detected.t_ns = t_ns;
+    detected.camera = static_cast<int>(i);
+    if (i == 0) detected.image = gray;
+    detected.tags = FilterTags(own, config.set_up.map, config.set_up.rig.cameras[i].camera,
+                               config.front_end.detector.border_px);
+    detected.doubled_ids = DoubledIds(own, config.set_up.map);
+    of_cameras.push_back(std::move(detected));
   }
   impl_->Tell(FrameStage::kDetect);
-  return impl_->Solve(MeasureFrame(std::move(detected), impl_->options, &impl_->front_end));
+  return impl_->Solve(impl_->Measure(std::move(of_cameras)));
 }
 
 Result<WindowOutput> OnlineEstimator::AddMeasurements(FrameMeasurements measurements) {
-  if (const auto fine = impl_->Check(measurements.t_ns, cv::Mat()); !fine) return fine.error();
+  if (const auto fine = impl_->Check(measurements.t_ns, {}); !fine) return fine.error();
   return impl_->Solve(std::move(measurements));
 }
 

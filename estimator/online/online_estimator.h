@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "estimator/online/camera_image.h"
 #include "estimator/online/config.h"
 #include "estimator/online/online_options.h"
 #include "estimator/window/sliding_window.h"
@@ -30,13 +31,17 @@ class OnlineEstimator {
   bool is_guided() const;
 
   /// The next frame from its image: 8-bit gray, of the camera's size, or empty (no image, or a bad
-  /// one). An error: stamps that do not grow, another size, a problem that cannot be solved; after
-  /// the last one no frame may follow.
+  /// one); of a rig that of the first camera. An error: stamps that do not grow, another size, a
+  /// problem that cannot be solved; after the last one no frame may follow.
   Result<WindowOutput> AddImage(int64_t t_ns, const cv::Mat& gray);
+  /// The same from the images that cameras of a rig took at that time, by the body's clock: one of
+  /// them or several, ascending. Each camera's tags are found where the window's prediction of the
+  /// body puts them through its mount.
+  Result<WindowOutput> AddImages(int64_t t_ns, const std::vector<CameraImage>& images);
   /// The next frame from tags that were detected elsewhere, without those that FilterTags drops.
   /// Errors as of AddImage.
   Result<WindowOutput> AddTags(int64_t t_ns, const std::vector<TagDetection>& tags);
-  /// The same, and tracks from the frame's image.
+  /// The same, and tracks from the frame's image, of a rig the first camera's.
   Result<WindowOutput> AddTags(int64_t t_ns, const std::vector<TagDetection>& tags,
                                const cv::Mat& gray);
   /// The next frame, measured elsewhere. Errors as of AddImage.

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 
+#include "frontend/base/for_ranges.h"
 #include "frontend/base/spans.h"
 #include "frontend/base/time_up.h"
 
@@ -20,7 +21,10 @@ struct OnlineOptions {
   /// When the frame at hand must be done with, told by whoever has a clock: detection stops when
   /// the first says so and tracks end there; the solve stops when the second does.
   TimeUp detection_time_up = {}, solve_time_up = {};
-  /// Called as each stage of a frame is done, for whoever times them.
+  /// How the cameras of a rig are searched: their images at one time can be at once.
+  ForRanges for_ranges = InOneRange;
+  /// Called as each stage of a frame is done, for whoever times them; of a rig those between
+  /// detection and solve once a camera.
   std::function<void(FrameStage)> after_stage = {};
   /// Told of the same stages as they begin and end; it must outlive the run. nullptr: nobody.
   SpanObserver* spans = nullptr;

@@ -18,6 +18,14 @@ constexpr size_t kLookEvery = 8;
 constexpr size_t kMostImages = 48, kLeastImages = 16, kMostBytes = 64 << 20;
 constexpr size_t kAllTags = std::numeric_limits<size_t>::max();
 
+size_t BytesOf(const Camera& camera) {
+  return static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
+}
+
+size_t ImagesOf(size_t bytes) {
+  return std::clamp(kMostBytes / std::max<size_t>(1, bytes), kLeastImages, kMostImages);
+}
+
 Eigen::Vector2d CentrePx(const TagDetection& tag) {
   return 0.25 * (tag.corners[0] + tag.corners[1] + tag.corners[2] + tag.corners[3]);
 }
@@ -58,9 +66,12 @@ TagSweep::TagSweep(const SetUp& set_up, const TagDetectorOptions& options,
       coarse_detector_(std::move(coarse)),
       guided_(camera_, Pose(), map_, options.border_px, {kAllTags, /*is_thorough=*/true}) {}
 
-size_t TagSweep::PieceLength(const Camera& camera) {
-  const size_t bytes = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
-  return std::clamp(kMostBytes / std::max<size_t>(1, bytes), kLeastImages, kMostImages);
+size_t TagSweep::PieceLength(const Camera& camera) { return ImagesOf(BytesOf(camera)); }
+
+size_t TagSweep::PieceLength(const Rig& rig) {
+  size_t bytes = 0;
+  for (const RigCamera& mounted : rig.cameras) bytes += BytesOf(mounted.camera);
+  return ImagesOf(bytes);
 }
 
 std::vector<SweptTags> TagSweep::Find(const std::vector<SweepImage>& images) {

@@ -44,6 +44,8 @@ class TagSweep {
   /// How many images of a camera are a piece: so many that the searches at its start cost little,
   /// and so few that they fit into some 64 MB.
   static size_t PieceLength(const Camera& camera);
+  /// The same of frames in which all cameras of a rig have an image.
+  static size_t PieceLength(const Rig& rig);
 
   /// Stamps grow. Nothing is kept from one piece to the next.
   std::vector<SweptTags> Find(const std::vector<SweepImage>& images);

@@ -62,6 +62,23 @@ TEST_F(RigProgram, SlowThreeCamerasOfTwoClocksAreOneEstimate) {
   }
 }
 
+// Images of all of them: found where the window expects them, in a batch from image to image.
+TEST_F(RigProgram, SlowImagesOfEachCameraAreMeasured) {
+  Simulate("film", {"--config", "rig.yaml", "--images", "--supersampling", "1", "--exposure_ms",
+                    "0", "--duration", "1", "--rate", "16"});
+  for (const bool window : {false, true}) {
+    Arguments arguments = {"--dataset", "film", "--config", "rig.yaml"};
+    if (window) arguments.insert(arguments.end(), {"--sliding_window", "--detection", "guided"});
+    const nlohmann::json summary = Estimate("results", arguments);
+    EXPECT_EQ(summary["frames"], summary["frames_estimated"]);
+    for (const auto& camera : summary["cameras"]) {
+      EXPECT_GT(camera["frames"], 13) << camera;
+      EXPECT_GT(camera["tags_used"], 60) << camera;
+    }
+    EXPECT_LT(summary["accuracy"]["optimised"]["position_rmse_m"], 0.002);
+  }
+}
+
 TEST_F(RigProgram, SlowEachCamerasClockIsTakenAsTheConfigurationSays) {
   const auto rmse_m = [](const nlohmann::json& summary) {
     return summary["accuracy"]["optimised"]["position_rmse_m"].get<double>();
