@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "estimator/batch/batch_states.h"
+#include "estimator/result/imu_left_out.h"
 #include "estimator/solve/contradictions.h"
 
 namespace tagtwist::internal {
@@ -68,7 +69,7 @@ std::vector<Eigen::VectorXd> TakeImu(const EstimatorSetup& setup,
                        : SolveStage(setup, out->noise, *imu, measured, stamped,
                                     *solved.state_of_frame, *solved.input, by_tags);
   if (!stage) {
-    out->warnings.push_back("the IMU is left out: " + stage.error().message);
+    out->warnings.push_back(ImuLeftOut(stage.error().message));
     return {};
   }
   solved.open->clear();

@@ -6,6 +6,7 @@
 
 #include "estimator/evaluation/error_bound.h"
 #include "estimator/graph/noise_model.h"
+#include "estimator/result/imu_left_out.h"
 #include "estimator/result/run_tally.h"
 #include "frontend/base/statistics/quantile.h"
 
@@ -249,6 +250,8 @@ Json SummaryJson(const Estimate& estimate, const std::vector<ComparisonRow>& row
     out["systematic"] = SystematicJson(estimate.systematic);
   }
   if (estimate.imu) out["imu"] = ImuJson(*estimate.imu);
+  const auto left_out = WhyImuIsLeftOut(estimate.warnings);
+  if (!estimate.imu && left_out) out["imu"] = {{"left_out", *left_out}};
   if (!estimate.cameras.empty()) out["cameras"] = CamerasJson(estimate.cameras);
   out["timing_ms"] = TimingJson(facts);
   if (facts.deadline_ms) out["deadline"] = DeadlineJson(all, facts);

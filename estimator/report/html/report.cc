@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "estimator/evaluation/pose_series.h"
 #include "estimator/report/html/bound_section.h"
 #include "estimator/report/html/calibration_section.h"
+#include "estimator/report/html/imu_section.h"
 #include "estimator/report/html/page.h"
 #include "estimator/report/html/pictures.h"
 #include "estimator/report/html/plots.h"
@@ -164,6 +166,7 @@ std::string FormatReport(const Estimate& e, const ReportInput& input) {
   page.sections.push_back(BoundSection(e, input.rows, t_s, {kFrameBound, kOptimised, kLagged}));
   page.sections.push_back(Counts(e, t_s));
   if (!e.cameras.empty()) page.sections.push_back(Cameras(e.cameras));
+  if (auto imu = ImuSection(e)) page.sections.push_back(std::move(*imu));
   if (!e.reprojection_px.empty()) {
     page.sections.push_back(ReprojectionSection(e, input.map));
   }

@@ -7,6 +7,7 @@
 
 #include "estimator/graph/marginalisation.h"
 #include "estimator/graph/reprojection.h"
+#include "estimator/result/imu_left_out.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/smoother.h"
 #include "estimator/start/steady_clock.h"
@@ -243,7 +244,7 @@ void WindowImu::DropOldSamples() {
 
 std::optional<std::string> WindowImu::Warning() const {
   if (model_) return std::nullopt;
-  return "the IMU is left out: " + learning_.refusal();
+  return ImuLeftOut(learning_.refusal());
 }
 
 }  // namespace tagtwist::internal

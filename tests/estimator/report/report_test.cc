@@ -13,6 +13,7 @@
 #include "estimator/report/html/page.h"
 #include "estimator/report/html/pictures.h"
 #include "estimator/report/html/plots.h"
+#include "estimator/result/imu_left_out.h"
 #include "frontend/io/trajectories/vicon.h"
 #include "tests/support/flights/synthetic_estimate.h"
 
@@ -175,6 +176,25 @@ TEST(Plots, YawRunsOnThroughTheTurn) {
 TEST(Pictures, HistogramOfNothingIsNothing) {
   EXPECT_EQ(HistogramSvg({}, "px"), "");
   EXPECT_EQ(Count(HistogramSvg({1, 2, 3, 50}, "px"), "<rect"), 40u);
+}
+
+// The IMU has a section where one was asked for: what it told, or why it is left out.
+TEST(Report, TellsOfTheImu) {
+  Estimate estimate = SyntheticEstimate(30, true);
+  EXPECT_EQ(Count(Report(estimate), "<h2>IMU</h2>"), 0u);
+  estimate.imu.emplace();
+  estimate.imu->intervals = 28;
+  estimate.imu->gyro_bias_radps = {0.012, -0.034, 0};
+  estimate.imu->gyro_bias_sigma_radps = {0.001, 0.002, 0.003};
+  std::string html = Report(estimate);
+  EXPECT_EQ(Count(html, "<h2>IMU</h2>"), 1u);
+  EXPECT_NE(html.find("over 28 intervals"), std::string::npos);
+  EXPECT_NE(html.find("-34.000 \xc2\xb1 2.000"), std::string::npos);
+  estimate.imu.reset();
+  estimate.warnings.push_back(ImuLeftOut("it covers nothing"));
+  html = Report(estimate);
+  EXPECT_EQ(Count(html, "<h2>IMU</h2>"), 1u);
+  EXPECT_NE(html.find("Left out: it covers nothing."), std::string::npos);
 }
 
 }  // namespace
