@@ -19,7 +19,7 @@
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/io/setup/camera_file.h"
 #include "frontend/io/setup/tag_map_file.h"
-#include "frontend/io/tables/detections_csv.h"
+#include "frontend/io/tables/detections_reader.h"
 #include "frontend/io/trajectories/trajectory_file.h"
 #include "tests/fuzz/ros1_writer.h"
 #include "tests/support/dataset_fixture.h"

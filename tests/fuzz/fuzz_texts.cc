@@ -9,7 +9,7 @@
 #include "frontend/io/setup/tag_map_file.h"
 #include "frontend/io/setup/yaml_tree.h"
 #include "frontend/io/tables/csv.h"
-#include "frontend/io/tables/detections_csv.h"
+#include "frontend/io/tables/detections_reader.h"
 #include "frontend/io/tables/imu_csv.h"
 #include "frontend/io/tables/text_grid.h"
 #include "frontend/io/trajectories/trajectory_file.h"

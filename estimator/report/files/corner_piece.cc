@@ -8,7 +8,7 @@
 #include "estimator/report/files/summary_json.h"
 #include "frontend/base/files/file_set.h"
 #include "frontend/base/files/input_file.h"
-#include "frontend/io/tables/detections_csv.h"
+#include "frontend/io/tables/detections_reader.h"
 
 namespace tagtwist::internal {
 namespace {

@@ -1,6 +1,5 @@
 #include "frontend/base/files/input_file.h"
 
-#include <fcntl.h>
 #include <sys/poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,29 +9,16 @@
 #include <cerrno>
 #include <cmath>
 #include <system_error>
+#include <utility>
 
 namespace tagtwist::internal {
 namespace {
 
-// A descriptor that is closed with its scope.
-class Descriptor {
- public:
-  explicit Descriptor(const std::string& path)
-      : number_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
 Error InputError(const std::string& path, const std::string& what, int error_number) {
   return Error{path + ": " + what + ": " + std::generic_category().message(error_number)};
 }
+
+constexpr const char* kFileBytes = "file_bytes";
 
 // What is read at most, and the limit's name; none where it is the format's own.
 struct Bound {
@@ -101,28 +87,39 @@ Status ReadPipe(const std::string& path, int descriptor, int64_t most, const Lim
   return Ok();
 }
 
-Result<std::string> ReadBounded(const std::string& path, Bound bound, const Limits& limits) {
-  const Descriptor file(path);
+// What an open file is, with at most `bound` bytes where it says how many it has.
+Result<struct stat> StatusOf(const std::string& path, const Descriptor& file, const Bound& bound) {
   struct stat status = {};
   if (file.number() < 0 || ::fstat(file.number(), &status) != 0) {
     return InputError(path, "cannot open", errno);
   }
   const char* const kind = KindOf(status.st_mode);
+  if (kind == nullptr && status.st_size > bound.bytes) return TooLarge(path, bound);
+  if (kind != nullptr && !S_ISFIFO(status.st_mode)) return NoFile(path, kind);
+  return status;
+}
+
+Result<std::string> ReadBounded(const std::string& path, const Descriptor& file,
+                                const struct stat& status, Bound bound, const Limits& limits) {
   std::string content;
-  if (kind == nullptr) {
-    if (status.st_size > bound.bytes) return TooLarge(path, bound);
+  if (S_ISREG(status.st_mode)) {
     content.reserve(static_cast<size_t>(status.st_size));
     const int failure = ReadRegular(file.number(), bound.bytes, &content);
     if (failure != 0) return InputError(path, "cannot read", failure);
-  } else if (S_ISFIFO(status.st_mode)) {
+  } else {
     if (limits.pipe_bytes < bound.bytes) bound = {limits.pipe_bytes, "pipe_bytes"};
     const auto read = ReadPipe(path, file.number(), bound.bytes, limits, &content);
     if (!read) return read.error();
-  } else {
-    return NoFile(path, kind);
   }
   if (static_cast<int64_t>(content.size()) > bound.bytes) return TooLarge(path, bound);
   return content;
+}
+
+Result<std::string> ReadBounded(const std::string& path, const Bound& bound, const Limits& limits) {
+  const Descriptor file(path);
+  const auto status = StatusOf(path, file, bound);
+  if (!status) return status.error();
+  return ReadBounded(path, file, *status, bound, limits);
 }
 
 }  // namespace
@@ -132,11 +129,47 @@ Result<std::string> ReadWholeFile(const std::string& path, int64_t most, const L
 }
 
 Result<std::string> ReadWholeFile(const std::string& path, const Limits& limits) {
-  return ReadBounded(path, {limits.file_bytes, "file_bytes"}, limits);
+  return ReadBounded(path, {limits.file_bytes, kFileBytes}, limits);
 }
 
 Result<std::string> ReadTextFile(const std::string& path, const Limits& limits) {
   return ReadBounded(path, {limits.text_bytes, "text_bytes"}, limits);
+}
+
+Result<PiecewiseFile> PiecewiseFile::Open(const std::string& path, const Limits& limits) {
+  const Bound bound{limits.file_bytes, kFileBytes};
+  PiecewiseFile out(path, bound.bytes);
+  const auto status = StatusOf(path, *out.file_, bound);
+  if (!status) return status.error();
+  if (S_ISREG(status->st_mode)) return out;
+  auto content = ReadBounded(path, *out.file_, *status, bound, limits);
+  if (!content) return content.error();
+  out.of_pipe_ = std::move(*content);
+  return out;
+}
+
+// As ::pread.
+ssize_t PiecewiseFile::ReadAt(int64_t offset, char* to, size_t most) const {
+  if (!of_pipe_) return ::pread(file_->number(), to, most, offset);
+  return static_cast<ssize_t>(of_pipe_->copy(to, most, static_cast<size_t>(offset)));
+}
+
+Result<bool> PiecewiseFile::AppendTo(std::string* out) {
+  std::array<char, 65536> buffer;
+  auto most = static_cast<int64_t>(buffer.size());
+  if (size_) most = std::min(most, *size_ - offset_);
+  if (most == 0) return false;
+  ssize_t got = -1;
+  do {
+    got = ReadAt(offset_, buffer.data(), static_cast<size_t>(most));
+  } while (got < 0 && errno == EINTR);
+  if (got < 0) return InputError(path_, "cannot read", errno);
+  if (got == 0 && size_) return Error{path_ + ": was made shorter while it was read"};
+  if (got == 0) size_ = offset_;
+  offset_ += got;
+  if (offset_ > most_) return TooLarge(path_, {most_, kFileBytes});
+  out->append(buffer.data(), static_cast<size_t>(got));
+  return got > 0;
 }
 
 std::string FirstBytes(const std::string& path, size_t count) {

@@ -6,12 +6,26 @@
 #include <utility>
 
 #include "frontend/io/images/image_file.h"
-#include "frontend/io/tables/detections_csv.h"
+#include "frontend/io/tables/csv.h"
 
 namespace tagtwist::internal {
 namespace {
 
 constexpr int64_t kSameStampNs = 1000;
+
+std::string PlaceOf(const std::string& path, int line) { return path + ":" + std::to_string(line); }
+
+// The frame that has that stamp.
+std::optional<size_t> FrameAt(const std::vector<int64_t>& stamps_ns, int64_t t_ns) {
+  const size_t nearest = NearestIndex(stamps_ns, t_ns);
+  if (std::abs(stamps_ns[nearest] - t_ns) > kSameStampNs) return std::nullopt;
+  return nearest;
+}
+
+template <typename T>
+void Append(const std::vector<T>& from, std::vector<T>* to) {
+  to->insert(to->end(), from.begin(), from.end());
+}
 
 class ImageListSource : public DataSource {
  public:
@@ -19,22 +33,23 @@ class ImageListSource : public DataSource {
       : list_(std::move(list)), options_(options) {}
 
   Result<std::optional<Frame>> Next() override {
-    if (next_ == list_.frames.size()) return std::optional<Frame>();
-    ListedFrame& listed = list_.frames[next_];
+    if (next_ == list_.stamps_ns.size()) return std::optional<Frame>();
+    const size_t index = next_++;
     Frame frame;
-    frame.t_ns = list_.stamps_ns[next_++];
-    frame.name = listed.name;
-    frame.detections = std::move(listed.detections);
-    frame.doubled_ids = std::move(listed.doubled_ids);
+    frame.t_ns = list_.stamps_ns[index];
+    if (index < list_.lines.size()) frame.name = PlaceOf(list_.table, list_.lines[index]);
+    const bool named = index < list_.images.size() && !list_.images[index].empty();
+    if (named) frame.name = list_.images[index];
+    if (const Status taken = TakeDetections(index, &frame); !taken) return taken.error();
     if (!options_.read_images) return std::optional<Frame>(std::move(frame));
-    if (listed.image_path.empty()) {
+    if (!named || !list_.images_are_there) {
       if (!options_.use_detections) frame.image_problem = "no image file is named";
       return std::optional<Frame>(std::move(frame));
     }
-    auto image = ReadGrayImage(listed.image_path, options_.limits);
+    auto image = ReadGrayImage(frame.name, options_.limits);
     if (!image) {
       frame.image_problem = image.error().message;
-    } else if (auto fault = size_guard_.Check(*image, listed.image_path)) {
+    } else if (auto fault = size_guard_.Check(*image, frame.name)) {
       return *fault;
     } else {
       frame.image = std::move(*image);
@@ -43,7 +58,7 @@ class ImageListSource : public DataSource {
   }
 
   Status Skip(size_t frames) override {
-    next_ = std::min(list_.frames.size(), next_ + frames);
+    next_ = std::min(list_.stamps_ns.size(), next_ + frames);
     return Ok();
   }
 
@@ -54,9 +69,34 @@ class ImageListSource : public DataSource {
   std::string truth_origin() const override { return list_.truth_origin; }
 
  private:
+  // Those of a frame's stamp; what belongs to frames before it was skipped.
+  Status TakeDetections(size_t index, Frame* frame) {
+    while (list_.detections) {
+      if (!ahead_) {
+        auto next = list_.detections->Next();
+        if (!next) return next.error();
+        ahead_ = std::move(*next);
+        if (!ahead_) break;
+      }
+      const auto of_frame = FrameAt(list_.stamps_ns, ahead_->t_ns);
+      if (!of_frame && !list_.rows_were_passed_over) return Changed();
+      if (of_frame && *of_frame > index) break;
+      if (of_frame && *of_frame == index) {
+        if (frame->name.empty()) frame->name = PlaceOf(list_.table, ahead_->line);
+        Append(ahead_->tags, &frame->detections);
+        Append(ahead_->doubled_ids, &frame->doubled_ids);
+      }
+      ahead_.reset();
+    }
+    return frame->name.empty() ? Changed() : Ok();
+  }
+
+  Status Changed() const { return Error{list_.table + ": was changed while it was read"}; }
+
   ImageList list_;
   DataSourceOptions options_;
   size_t next_ = 0;
+  std::optional<StampedDetections> ahead_;  // of the next frame that has any
   ImageSizeGuard size_guard_;
 };
 
@@ -73,56 +113,43 @@ Result<ImageList> ListFromTable(const CsvTable& table, const ListingFiles& files
   auto stamps = ReadStamps(table, stamp_column->front(), files.unit);
   if (!stamps) return stamps.error();
   ImageList list;
+  list.table = table.path();
   list.stamps_ns = std::move(stamps->stamps_ns);
+  list.rows_were_passed_over = !stamps->notes.empty();
   list.notes = std::move(stamps->notes);
+  bool any_file = false;
   for (const size_t row : stamps->rows) {
-    ListedFrame frame;
     const std::string file(file_column ? table.Cell(row, *file_column) : "");
-    if (!file.empty()) {
-      frame.image_path = (std::filesystem::path(files.image_folder) / file).string();
-    }
-    frame.name =
-        file.empty() ? table.path() + ":" + std::to_string(table.line(row)) : frame.image_path;
-    list.frames.push_back(std::move(frame));
+    any_file = any_file || !file.empty();
+    list.lines.push_back(table.line(row));
+    list.images.push_back(
+        file.empty() ? "" : (std::filesystem::path(files.image_folder) / file).string());
   }
+  if (!any_file) list.images = {};
   return list;
 }
 
-// Without a table the frames are the stamps of the detections.
-ImageList ListFromDetections(std::vector<StampedDetections> detections, const std::string& path) {
-  ImageList list;
-  for (StampedDetections& rows : detections) {
-    list.stamps_ns.push_back(rows.t_ns);
-    list.frames.push_back({path + ":" + std::to_string(rows.line), "", std::move(rows.tags),
-                           std::move(rows.doubled_ids)});
+// Detections of no frame are refused, with the line of the first.
+Status CheckDetectionsFit(const ImageList& list, const std::string& path,
+                          const std::vector<int64_t>& stamps_ns, DetectionsReader* reader) {
+  if (list.rows_were_passed_over) return Ok();  // the frame's row was one of them
+  const auto stray = std::find_if(stamps_ns.begin(), stamps_ns.end(),
+                                  [&](int64_t t_ns) { return !FrameAt(list.stamps_ns, t_ns); });
+  if (stray == stamps_ns.end()) return Ok();
+  while (true) {
+    const auto next = reader->Next();
+    if (!next) return next.error();
+    if (*next && (*next)->t_ns != *stray) continue;
+    return Error{(*next ? PlaceOf(path, (*next)->line) : path) + ": stamp " +
+                 FormatSeconds(*stray) + " s is no frame's"};
   }
-  return list;
-}
-
-Status AttachDetections(std::vector<StampedDetections> detections, const std::string& path,
-                        bool rows_were_passed_over, ImageList* list) {
-  for (StampedDetections& rows : detections) {
-    const size_t nearest = NearestIndex(list->stamps_ns, rows.t_ns);
-    if (std::abs(list->stamps_ns[nearest] - rows.t_ns) > kSameStampNs) {
-      if (rows_were_passed_over) continue;  // the frame's row was one of them
-      return Error{path + ":" + std::to_string(rows.line) + ": stamp " + FormatSeconds(rows.t_ns) +
-                   " s is no frame's"};
-    }
-    auto& [name, image_path, tags, doubled_ids] = list->frames[nearest];
-    tags.insert(tags.end(), rows.tags.begin(), rows.tags.end());
-    doubled_ids.insert(doubled_ids.end(), rows.doubled_ids.begin(), rows.doubled_ids.end());
-  }
-  return Ok();
 }
 
 bool AnyImageExists(const ImageList& list) {
   std::error_code unknown;
-  for (const ListedFrame& frame : list.frames) {
-    if (!frame.image_path.empty() && std::filesystem::exists(frame.image_path, unknown)) {
-      return true;
-    }
-  }
-  return false;
+  return std::any_of(list.images.begin(), list.images.end(), [&](const std::string& path) {
+    return !path.empty() && std::filesystem::exists(path, unknown);
+  });
 }
 
 }  // namespace
@@ -145,18 +172,22 @@ std::unique_ptr<DataSource> MakeImageListSource(ImageList list, const DataSource
 }
 
 Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptions& options) {
-  std::vector<StampedDetections> detections;
-  std::vector<std::string> notes;
+  std::optional<DetectionsReader> detections;
+  std::vector<int64_t> detections_ns;
   if (options.use_detections) {
-    auto read = ReadDetectionsCsv(files.detections, files.unit, options.known_tag_ids, &notes,
-                                  options.limits);
-    if (!read) return read.error();
-    detections = std::move(*read);
+    auto opened =
+        DetectionsReader::Open(files.detections, files.unit, options.known_tag_ids, options.limits);
+    if (!opened) return opened.error();
+    detections.emplace(std::move(*opened));
+    detections_ns = detections->TakeStamps();
     std::error_code unknown;
     if (!std::filesystem::exists(files.table, unknown)) {
-      if (detections.empty()) return Error{files.detections + ": no rows"};
-      ImageList list = ListFromDetections(std::move(detections), files.detections);
-      list.notes = std::move(notes);
+      if (detections_ns.empty()) return Error{files.detections + ": no rows"};
+      ImageList list;  // the frames are the stamps of the detections
+      list.table = files.detections;
+      list.stamps_ns = std::move(detections_ns);
+      list.notes = detections->notes();
+      list.detections = std::move(detections);
       return list;
     }
   }
@@ -164,19 +195,18 @@ Result<ImageList> ReadImageList(const ListingFiles& files, const DataSourceOptio
   if (!table) return table.error();
   auto list = ListFromTable(*table, files, options);
   if (!list) return list;
-  const bool rows_were_passed_over = !list->notes.empty();
-  list->notes.insert(list->notes.end(), notes.begin(), notes.end());
-  if (const Status attached =
-          AttachDetections(std::move(detections), files.detections, rows_were_passed_over, &*list);
-      !attached) {
-    return attached.error();
+  if (detections) {
+    Append(detections->notes(), &list->notes);
+    const Status fits = CheckDetectionsFit(*list, files.detections, detections_ns, &*detections);
+    if (!fits) return fits.error();
+    list->detections = std::move(detections);
   }
   if (!options.read_images || AnyImageExists(*list)) return list;
   if (!options.use_detections) {
     return table->ErrorAt(0, "none of the images exists, the first is " +
-                                 QuoteForMessage(list->frames.front().image_path));
+                                 QuoteForMessage(list->images.empty() ? "" : list->images.front()));
   }
-  for (ListedFrame& frame : list->frames) frame.image_path.clear();
+  list->images_are_there = false;
   return list;
 }
 

@@ -1,24 +1,23 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "frontend/io/recordings/data_source_kinds.h"
+#include "frontend/io/tables/detections_reader.h"
 #include "frontend/io/tables/stamps.h"
 
 namespace tagtwist::internal {
 
-/// A frame of a recording that keeps its images in files.
-struct ListedFrame {
-  std::string name;        // the image's path; else the place of its row
-  std::string image_path;  // empty: no image
-  std::vector<TagDetection> detections;
-  std::vector<int> doubled_ids = {};  // Frame::doubled_ids
-};
-
-/// All of a recording but its images.
+/// All of a recording but its images and its detections.
 struct ImageList {
   std::vector<int64_t> stamps_ns;
-  std::vector<ListedFrame> frames;
+  std::string table;                // that lists the frames
+  std::vector<int> lines;           // of each frame's row in it; none: no table
+  std::vector<std::string> images;  // path of each frame's, or ""; none: no frame has one
+  bool images_are_there = true;     // else the paths are names alone
+  std::optional<DetectionsReader> detections;  // read as frames are asked for
+  bool rows_were_passed_over = false;          // of the table: detections of no frame are theirs
   std::vector<TruthSample> ground_truth;
   std::vector<ImuSample> imu;
   std::vector<std::string> notes;  // DataSource::notes

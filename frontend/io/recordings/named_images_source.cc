@@ -86,7 +86,7 @@ Result<std::unique_ptr<DataSource>> OpenNamedImagesSource(const std::string& fol
       continue;
     }
     list.stamps_ns.push_back(t_ns);
-    list.frames.push_back({path.string(), path.string(), {}});
+    list.images.push_back(path.string());
   }
   if (const Status read = ReadTruthAndImu(folder, options.limits, &list); !read) {
     return read.error();

@@ -32,6 +32,8 @@ Error LineError(const std::string& path, int line, const std::string& message) {
   return Error{path + ":" + std::to_string(line) + ": " + message};
 }
 
+Error EmptyFile(const std::string& path) { return Error{path + ": empty file"}; }
+
 }  // namespace
 
 Result<CsvTable> CsvTable::Read(const std::string& path, const Limits& limits) {
@@ -45,25 +47,27 @@ Result<CsvTable> CsvTable::Parse(std::string text, const std::string& path) {
   table.path_ = path;
   table.text_ = std::make_shared<const std::string>(std::move(text));
   std::string_view rest = *table.text_;
-  const std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  if (rest.substr(0, 3) == byte_order_mark) rest.remove_prefix(3);
-  if (Trim(rest).empty()) return Error{path + ": empty file"};
-  int empty_line = 0;
-  for (int line_number = 1; !rest.empty(); ++line_number) {
+  while (!rest.empty()) {
     const size_t end = rest.find('\n');
-    const std::string_view line = Trim(rest.substr(0, end));
+    if (const auto problem = table.ParseLine(rest.substr(0, end))) return *problem;
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    if (line.empty()) {
-      if (empty_line == 0) empty_line = line_number;
-      continue;
-    }
-    if (empty_line != 0) return LineError(path, empty_line, "expected a row, got an empty line");
-    const auto problem = table.columns_.empty() ? table.ParseHeader(line, line_number)
-                                                : table.ParseRow(line, line_number);
-    if (problem) return *problem;
   }
-  if (table.columns_.empty()) return Error{path + ": empty file"};
+  if (table.columns_.empty()) return EmptyFile(path);
   return table;
+}
+
+std::optional<Error> CsvTable::ParseLine(std::string_view line) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (++lines_ == 1 && line.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+    line.remove_prefix(kByteOrderMark.size());
+  }
+  line = Trim(line);
+  if (line.empty()) {
+    if (empty_line_ == 0) empty_line_ = lines_;
+    return std::nullopt;
+  }
+  if (empty_line_ != 0) return LineError(path_, empty_line_, "expected a row, got an empty line");
+  return columns_.empty() ? ParseHeader(line, lines_) : ParseRow(line, lines_);
 }
 
 std::optional<Error> CsvTable::ParseHeader(std::string_view line, int line_number) {
@@ -149,6 +153,72 @@ Error CsvTable::CellError(size_t row, size_t column, const std::string& expected
 
 Error CsvTable::ErrorAt(size_t row, const std::string& message) const {
   return LineError(path_, line(row), message);
+}
+
+Result<CsvPieces> CsvPieces::Open(const std::string& path, const Limits& limits) {
+  auto file = PiecewiseFile::Open(path, limits);
+  if (!file) return file.error();
+  CsvPieces out(std::move(*file));
+  out.table_.path_ = path;
+  if (const Status header = out.Rewind(); !header) return header.error();
+  return out;
+}
+
+Status CsvPieces::Rewind() {
+  const std::string path = table_.path_;
+  table_ = CsvTable();
+  table_.path_ = path;
+  table_.text_ = text_;
+  file_.Rewind();
+  text_->clear();
+  taken_ = 0;
+  at_end_ = false;
+  while (table_.columns_.empty()) {
+    const auto line = TakeLine();
+    if (line) {
+      if (const auto problem = table_.ParseLine(*line)) return *problem;
+      continue;
+    }
+    const auto more = ReadLines();
+    if (!more) return more.error();
+    if (!*more) return EmptyFile(path);
+  }
+  return Ok();
+}
+
+Result<const CsvTable*> CsvPieces::Next() {
+  table_.rows_.clear();
+  table_.cells_.clear();
+  while (true) {
+    while (const auto line = TakeLine()) {
+      if (const auto problem = table_.ParseLine(*line)) return *problem;
+    }
+    if (table_.rows() > 0) return static_cast<const CsvTable*>(&table_);
+    const auto more = ReadLines();
+    if (!more) return more.error();
+    if (!*more) return static_cast<const CsvTable*>(nullptr);
+  }
+}
+
+Result<bool> CsvPieces::ReadLines() {
+  text_->erase(0, taken_);
+  taken_ = 0;
+  while (!at_end_) {
+    const size_t before = text_->size();
+    const auto more = file_.AppendTo(text_.get());
+    if (!more) return more.error();
+    at_end_ = !*more;
+    if (text_->find('\n', before) != std::string::npos) break;
+  }
+  return !text_->empty();
+}
+
+std::optional<std::string_view> CsvPieces::TakeLine() {
+  const std::string_view rest = std::string_view(*text_).substr(taken_);
+  const size_t end = rest.find('\n');
+  if (rest.empty() || (end == std::string_view::npos && !at_end_)) return std::nullopt;
+  taken_ = end == std::string_view::npos ? text_->size() : taken_ + end + 1;
+  return rest.substr(0, end);
 }
 
 }  // namespace tagtwist::internal

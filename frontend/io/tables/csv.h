@@ -4,8 +4,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "frontend/base/files/input_file.h"
 #include "frontend/base/limits.h"
 #include "frontend/base/number_text.h"
 #include "frontend/base/result.h"
@@ -44,10 +46,13 @@ class CsvTable {
   Error ErrorAt(size_t row, const std::string& message) const;
 
  private:
+  friend class CsvPieces;
   struct Row {
     int line;           // counted from 1
     size_t first_cell;  // in cells_
   };
+  // The next line of the text, which stays where it is.
+  std::optional<Error> ParseLine(std::string_view line);
   Error CellError(size_t row, size_t column, const std::string& expected) const;
   std::optional<Error> ParseHeader(std::string_view line, int line_number);
   std::optional<Error> ParseRow(std::string_view line, int line_number);
@@ -57,6 +62,37 @@ class CsvTable {
   std::vector<std::string> columns_;
   std::vector<Row> rows_;
   std::vector<std::string_view> cells_;
+  int lines_ = 0;       // that were parsed
+  int empty_line_ = 0;  // the first one; 0: none
+};
+
+/// The rows of such a file, some at a time, in order, as often as one likes: nothing else of it is
+/// in memory.
+class CsvPieces {
+ public:
+  /// Reads the header line.
+  static Result<CsvPieces> Open(const std::string& path, const Limits& limits = {});
+
+  /// The next rows, in a table that has the file's columns and lines, until the next call; nullptr
+  /// at the end. An error where one of the lines is none: CsvTable's.
+  Result<const CsvTable*> Next();
+  /// From the first row again.
+  Status Rewind();
+  /// The columns; rows as Next says.
+  const CsvTable& table() const { return table_; }
+
+ private:
+  explicit CsvPieces(PiecewiseFile file) : file_(std::move(file)) {}
+  // Forgets the lines that were parsed, and reads until there is another; false at the end.
+  Result<bool> ReadLines();
+  // The next of these lines; nullopt where they are at their end.
+  std::optional<std::string_view> TakeLine();
+
+  PiecewiseFile file_;
+  CsvTable table_;
+  std::shared_ptr<std::string> text_ = std::make_shared<std::string>();
+  size_t taken_ = 0;  // bytes of text_ that were parsed
+  bool at_end_ = false;
 };
 
 }  // namespace tagtwist::internal

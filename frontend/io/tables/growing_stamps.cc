@@ -30,9 +30,14 @@ Result<GrowingStamps> KeepGrowing(const std::vector<int64_t>& stamps_ns) {
 
 std::string PassedOverText(const GrowingStamps& growing, const std::string& what,
                            const std::string& place) {
+  return PassedOverText(growing, growing.kept.size(), what, place);
+}
+
+std::string PassedOverText(const GrowingStamps& growing, size_t kept, const std::string& what,
+                           const std::string& place) {
   const size_t passed_over = growing.repeated + growing.backward;
   std::string out = "passed over " + std::to_string(passed_over) + " of " +
-                    std::to_string(passed_over + growing.kept.size()) + " " + what + ": ";
+                    std::to_string(passed_over + kept) + " " + what + ": ";
   if (growing.repeated > 0) {
     out += CountText(growing.repeated, " stamp repeats", " stamps repeat");
   }

@@ -23,5 +23,8 @@ Result<GrowingStamps> KeepGrowing(const std::vector<int64_t>& stamps_ns);
 /// "passed over 3 of 100 frames: 2 stamps repeat, 1 runs backwards (the first: PLACE)".
 std::string PassedOverText(const GrowingStamps& growing, const std::string& what,
                            const std::string& place);
+/// The same where so many were kept.
+std::string PassedOverText(const GrowingStamps& growing, size_t kept, const std::string& what,
+                           const std::string& place);
 
 }  // namespace tagtwist::internal

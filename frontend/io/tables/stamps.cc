@@ -1,17 +1,11 @@
 #include "frontend/io/tables/stamps.h"
 
 #include <algorithm>
-#include <utility>
 
-#include "frontend/io/tables/growing_stamps.h"
-#include "frontend/io/tables/stamp_unit.h"
+#include "frontend/io/tables/text_grid.h"
 
 namespace tagtwist::internal {
 namespace {
-
-StampUnit Declared(TimeUnit unit) {
-  return unit == TimeUnit::kSeconds ? StampUnit::kSeconds : StampUnit::kNanoseconds;
-}
 
 std::vector<double> NumbersOf(const CsvTable& table, size_t column) {
   std::vector<double> out;
@@ -42,53 +36,72 @@ std::optional<std::string> StampFault(int64_t previous_ns, int64_t t_ns) {
   return stamp + "runs backwards, after " + FormatSeconds(previous_ns) + " s";
 }
 
+StampUnit DeclaredUnit(TimeUnit unit) {
+  return unit == TimeUnit::kSeconds ? StampUnit::kSeconds : StampUnit::kNanoseconds;
+}
+
+std::string WrongUnitNote(const std::string& path, const WrongUnit& wrong) {
+  return path + ": its stamps are taken for " + ToString(wrong.implied) + ": " + wrong.words;
+}
+
+Result<std::optional<int64_t>> StampColumn::Take(const CsvTable& table, size_t row) {
+  if (rows_++ == 0) first_line_ = table.line(row);
+  const std::string_view cell = table.Cell(row, column_);
+  if (cell == "nan" || cell == "NaN") {
+    ++without_;
+    return std::optional<int64_t>();
+  }
+  const auto parsed = implied_ ? ParseStamp(cell, *implied_) : std::nullopt;
+  const auto t_ns = parsed ? Result<int64_t>(*parsed) : ReadStamp(table, row, column_, unit_);
+  if (!t_ns) return t_ns.error();
+  const bool repeats = latest_ns_ && *t_ns == *latest_ns_;
+  const bool grows = !latest_ns_ || *t_ns > *latest_ns_;
+  const bool stands_with_it = repeats && all_repeats_ && took_last_;
+  took_last_ = grows || stands_with_it;
+  if (took_last_) {
+    ++kept_;
+    latest_ns_ = *t_ns;
+    return latest_ns_;
+  }
+  if (passed_over_.All()) first_passed_over_line_ = table.line(row);
+  (repeats ? passed_over_.repeated : passed_over_.backward) += 1;
+  return std::optional<int64_t>();
+}
+
+Result<std::vector<std::string>> StampColumn::Notes(const std::string& path) const {
+  std::vector<std::string> out;
+  if (without_ > 0) {
+    out.push_back(path + ": passed over " + std::to_string(without_) + " rows without a stamp");
+  }
+  if (!passed_over_.All()) {
+    const std::string text = PassedOverText(passed_over_, kept_, "rows",
+                                            "line " + std::to_string(first_passed_over_line_));
+    if (2 * kept_ <= rows_) {
+      return Error{Place(path, first_passed_over_line_) + text + ", too few are left"};
+    }
+    out.push_back(path + ": " + text);
+  }
+  if (kept_ == 0 && without_ > 0) return Error{Place(path, first_line_) + "no row has a stamp"};
+  return out;
+}
+
 Result<TakenStamps> ReadStamps(const CsvTable& table, size_t column, TimeUnit unit,
                                bool all_repeats) {
   TakenStamps out;
-  std::optional<StampUnit> other;
-  if (const auto wrong = FindWrongUnit(NumbersOf(table, column), Declared(unit))) {
-    other = wrong->implied;
-    out.notes.push_back(table.path() + ": its stamps are taken for " + ToString(wrong->implied) +
-                        ": " + wrong->words);
-  }
-  GrowingStamps growing;
-  size_t without = 0;
-  bool took_last = false;  // rows of one stamp stand together
+  const auto wrong = FindWrongUnit(NumbersOf(table, column), DeclaredUnit(unit));
+  if (wrong) out.notes.push_back(WrongUnitNote(table.path(), *wrong));
+  StampColumn stamps(column, unit, all_repeats,
+                     wrong ? std::optional(wrong->implied) : std::nullopt);
   for (size_t row = 0; row < table.rows(); ++row) {
-    const std::string_view cell = table.Cell(row, column);
-    if (cell == "nan" || cell == "NaN") {
-      ++without;
-      continue;
-    }
-    const auto parsed = other ? ParseStamp(cell, *other) : std::nullopt;
-    const auto t_ns = parsed ? Result<int64_t>(*parsed) : ReadStamp(table, row, column, unit);
+    const auto t_ns = stamps.Take(table, row);
     if (!t_ns) return t_ns.error();
-    const bool repeats = !out.stamps_ns.empty() && *t_ns == out.stamps_ns.back();
-    const bool grows = out.stamps_ns.empty() || *t_ns > out.stamps_ns.back();
-    const bool stands_with_it = repeats && all_repeats && took_last;
-    took_last = grows || stands_with_it;
-    if (took_last) {
-      growing.kept.push_back(row);
-      out.stamps_ns.push_back(*t_ns);
-    } else {
-      if (growing.All()) growing.first_passed_over = row;
-      (repeats ? growing.repeated : growing.backward) += 1;
-    }
+    if (!*t_ns) continue;
+    out.rows.push_back(row);
+    out.stamps_ns.push_back(**t_ns);
   }
-  if (without > 0) {
-    out.notes.push_back(table.path() + ": passed over " + std::to_string(without) +
-                        " rows without a stamp");
-  }
-  if (!growing.All()) {
-    const std::string text = PassedOverText(
-        growing, "rows", "line " + std::to_string(table.line(growing.first_passed_over)));
-    if (2 * growing.kept.size() <= table.rows()) {
-      return table.ErrorAt(growing.first_passed_over, text + ", too few are left");
-    }
-    out.notes.push_back(table.path() + ": " + text);
-  }
-  if (out.stamps_ns.empty() && without > 0) return table.ErrorAt(0, "no row has a stamp");
-  out.rows = std::move(growing.kept);
+  const auto notes = stamps.Notes(table.path());
+  if (!notes) return notes.error();
+  out.notes.insert(out.notes.end(), notes->begin(), notes->end());
   return out;
 }
 
