@@ -30,25 +30,48 @@ double Correlate(const cv::Mat& gray, const std::vector<PatternPlace>& places,
   return spread > 0 ? (n * ab - a * b) / std::sqrt(spread) : -1;
 }
 
-// A point [cells, from the pattern's first corner] whose cell differs from a neighbour that is
-// within reach.
-bool IsNearEdge(const PatternModel& model, float u, float v, float reach) {
-  const int column = std::clamp(static_cast<int>(u), 0, model.cells() - 1);
-  const int row = std::clamp(static_cast<int>(v), 0, model.cells() - 1);
-  const auto& c = model.Around(column, row);
-  const float du = u - static_cast<float>(column), dv = v - static_cast<float>(row);
-  const bool left = du<reach, right = du> 1 - reach, above = dv<reach, below = dv> 1 - reach;
-  return (left && c[1] != 0) || (right && c[2] != 0) ||
-         (above && (c[3] != 0 || (left && c[4] != 0) || (right && c[5] != 0))) ||
-         (below && (c[6] != 0 || (left && c[7] != 0) || (right && c[8] != 0)));
-}
+// Which points [cells, from the pattern's first corner] have a cell that differs from a neighbour
+// within reach. Sides and neighbours are bits, for what a pixel is near to no processor foresees.
+class EdgeFinder {
+ public:
+  EdgeFinder(const PatternModel& model, float reach)
+      : cells_(model.cells()), reach_(reach), differs_(static_cast<size_t>(cells_ * cells_)) {
+    for (size_t i = 0; i < differs_.size(); ++i) {
+      const auto& around = model.Around(static_cast<int>(i) % cells_, static_cast<int>(i) / cells_);
+      for (size_t k = 1; k < around.size(); ++k) differs_[i] |= (around[k] != 0 ? 1U : 0U) << k;
+    }
+    for (unsigned sides = 0; sides < within_.size(); ++sides) {
+      const bool left = sides & 1U, right = sides & 2U, above = sides & 4U, below = sides & 8U;
+      const std::array<bool, 9> near = {false, left,          right,
+                                        above, above && left, above && right,
+                                        below, below && left, below && right};
+      for (size_t k = 1; k < near.size(); ++k) within_[sides] |= (near[k] ? 1U : 0U) << k;
+    }
+  }
+
+  bool IsNear(float u, float v) const {
+    const int column = std::clamp(static_cast<int>(u), 0, cells_ - 1);
+    const int row = std::clamp(static_cast<int>(v), 0, cells_ - 1);
+    const float du = u - static_cast<float>(column), dv = v - static_cast<float>(row);
+    const auto bit = [](bool is, unsigned at) { return (is ? 1U : 0U) << at; };
+    const unsigned sides = bit(du < reach_, 0) | bit(du > 1 - reach_, 1) | bit(dv < reach_, 2) |
+                           bit(dv > 1 - reach_, 3);
+    return (differs_[static_cast<size_t>(row * cells_ + column)] & within_[sides]) != 0;
+  }
+
+ private:
+  int cells_;
+  float reach_;
+  std::vector<unsigned> differs_;         // of each cell: neighbour k of PatternModel::Around
+  std::array<unsigned, 16> within_ = {};  // of sides that are within reach: those neighbours
+};
 
 }  // namespace
 
 std::vector<PatternPlace> ThinPlaces(const PatternModel& model,
                                      const std::array<Eigen::Vector2d, 4>& corners,
                                      const std::vector<PatternPlace>& places, double reach_px) {
-  constexpr int kOthersPerKept = 4;
+  constexpr unsigned kOthersPerKept = 4;
   const auto tag_from_pixel = TagFromPixel(corners);
   if (!tag_from_pixel) return places;
   const Eigen::Matrix3f g = tag_from_pixel->cast<float>();
@@ -57,17 +80,19 @@ std::vector<PatternPlace> ThinPlaces(const PatternModel& model,
   const double side_px =
       0.5 * ((corners[2] - corners[0]).norm() + (corners[3] - corners[1]).norm()) * std::sqrt(0.5);
   const auto reach = static_cast<float>(reach_px * 2 * model.square_half() / side_px);
-  std::vector<PatternPlace> out;
-  out.reserve(places.size());
-  int others = 0;
+  const EdgeFinder edges(model, reach);
+  std::vector<PatternPlace> out(places.size());
+  size_t kept = 0;
+  unsigned others = 0;
   for (const PatternPlace& place : places) {
     const Eigen::Vector3f q = g * place.at.cast<float>().homogeneous();
     const float scale = h / q.z();
-    if (IsNearEdge(model, q.x() * scale + half, q.y() * scale + half, reach) ||
-        others++ % kOthersPerKept == 0) {
-      out.push_back(place);
-    }
+    const bool is_near = edges.IsNear(q.x() * scale + half, q.y() * scale + half);
+    out[kept] = place;  // stays where it counts, else the next one takes its place
+    kept += (is_near || others % kOthersPerKept == 0) ? 1 : 0;
+    others += is_near ? 0 : 1;
   }
+  out.resize(kept);
   return out;
 }
 
