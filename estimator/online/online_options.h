@@ -8,7 +8,7 @@
 namespace tagtwist {
 
 /// How tags are found: where the window says that they are, or by searching each image. kAuto is
-/// guided where the detector's options refine patterns, else full.
+/// guided where cameras on the body refine patterns, else full.
 enum class DetectionMode { kAuto, kFull, kGuided };
 
 /// What is done with a frame, in this order.

@@ -37,8 +37,8 @@ struct RigCamera {
   Eigen::MatrixXd covariance = {};
 };
 
-/// The cameras of a body, or those that watch it: one or several. What one camera must stand for
-/// all (tracks, guided detection, calibration) is the first's.
+/// The cameras of a body, or those that watch it: one or several. What is of one camera alone
+/// (tracks, a device's images, the calibration of lens and map) is the first's.
 struct Rig {
   std::vector<RigCamera> cameras = std::vector<RigCamera>(1);
   MountedOn mounted_on = MountedOn::kBody;  // all of them
