@@ -6,22 +6,27 @@
 
 namespace tagtwist::internal {
 
-TagReprojectionResidual::TagReprojectionResidual(const TagObservation& observation,
-                                                 const Camera& camera, const Pose& cam_from_body,
-                                                 MountedOn mounted_on)
+TagReprojection::TagReprojection(const TagObservation& observation, const Camera& camera,
+                                 const Pose& cam_from_body, MountedOn mounted_on)
     : corners_in_world_(observation.corners_in_world),
       pixels_(observation.pixels),
       camera_(camera),
       mounted_on_(mounted_on),
       cam_from_body_rotation_(cam_from_body.rotation().toRotationMatrix()),
       body_in_cam_(cam_from_body.translation()) {
-  is_diagonal_ = observation.covariance.isDiagonal(0);
-  whitener_ = CornerWhitener(observation.covariance);
-  is_in_pixels_ = whitener_.isIdentity(0);
+  const Eigen::Matrix<double, 8, 8> whitener = CornerWhitener(observation.covariance);
+  diagonal_ = whitener.diagonal();
+  is_in_pixels_ = whitener.isIdentity(0);
+  if (is_in_pixels_ || observation.covariance.isDiagonal(0)) return;
+  whitener_ = std::make_unique<const Eigen::Matrix<double, 8, 8>>(whitener);
 }
 
-bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,
-                                        Eigen::Matrix<double, 8, 6>* jacobian) const {
+Eigen::Matrix<double, 8, 8> TagReprojection::whitener() const {
+  return whitener_ ? *whitener_ : Eigen::Matrix<double, 8, 8>(diagonal_.asDiagonal());
+}
+
+bool TagReprojection::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,
+                                Eigen::Matrix<double, 8, 6>* jacobian) const {
   const bool on_body = mounted_on_ == MountedOn::kBody;
   const Eigen::Matrix3d world_from_body_rotation =
       Eigen::Map<const Eigen::Quaterniond>(pose).toRotationMatrix();
@@ -60,14 +65,14 @@ bool TagReprojectionResidual::Linearize(const double* pose, Eigen::Matrix<double
     if (jacobian != nullptr) *jacobian = d_error;
     return true;
   }
-  if (is_diagonal_) {
-    *residual = whitener_.diagonal().cwiseProduct(error);
-    if (jacobian != nullptr) *jacobian = whitener_.diagonal().asDiagonal() * d_error;
+  if (!whitener_) {
+    *residual = diagonal_.cwiseProduct(error);
+    if (jacobian != nullptr) *jacobian = diagonal_.asDiagonal() * d_error;
     return true;
   }
   // Eigen's blocked products lose time on matrices this small.
-  *residual = whitener_.lazyProduct(error);
-  if (jacobian != nullptr) *jacobian = whitener_.lazyProduct(d_error);
+  *residual = whitener_->lazyProduct(error);
+  if (jacobian != nullptr) *jacobian = whitener_->lazyProduct(d_error);
   return true;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -179,28 +178,45 @@ void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& i
   }
 }
 
-bool CanBeEvaluated(const Graph& graph, const Factor& factor) {
-  if (factor.kind == FactorKind::kMotion || factor.kind == FactorKind::kPrior) return true;
-  std::vector<const double*> parameters;
-  for (const BlockRef& block : factor.blocks) parameters.push_back(graph.Parameters(block));
-  Eigen::VectorXd residual(factor.cost->num_residuals());
-  return factor.cost->Evaluate(parameters.data(), residual.data(), nullptr);
+// Whether factors can be evaluated, one after the other in the same memory.
+class Evaluation {
+ public:
+  bool Succeeds(const Graph& graph, const Factor& factor) {
+    if (factor.kind == FactorKind::kMotion || factor.kind == FactorKind::kPrior) return true;
+    parameters_.clear();
+    for (const BlockRef& block : factor.blocks) parameters_.push_back(graph.Parameters(block));
+    residual_.resize(static_cast<size_t>(factor.cost->num_residuals()));
+    return factor.cost->Evaluate(parameters_.data(), residual_.data(), nullptr);
+  }
+
+ private:
+  std::vector<const double*> parameters_;
+  std::vector<double> residual_;
+};
+
+void AddFactorsOfFrame(const EstimatorSetup& setup, const NoiseModel& noise,
+                       const GraphFrame& frame, const Graph& graph, int state,
+                       std::vector<Factor>* out) {
+  for (int tag = 0; tag < static_cast<int>(frame.tags.size()); ++tag) {
+    out->push_back(TagFactor(setup, noise.corner_sigma_px, frame, state, tag));
+  }
+  if (state > 0) out->push_back(MotionFactor(graph, state - 1, noise));
+  for (Factor other : frame.others) {
+    int first = state;
+    for (BlockRef& block : other.blocks) first = std::min(first, block.index += state);
+    if (first >= 0) out->push_back(std::move(other));  // else the prior has it
+  }
 }
+
+size_t MostOf(const GraphFrame& frame) { return frame.tags.size() + 1 + frame.others.size(); }
 
 }  // namespace
 
 std::vector<Factor> FactorsOfFrame(const EstimatorSetup& setup, const NoiseModel& noise,
                                    const GraphFrame& frame, const Graph& graph, int state) {
   std::vector<Factor> out;
-  for (int tag = 0; tag < static_cast<int>(frame.tags.size()); ++tag) {
-    out.push_back(TagFactor(setup, noise.corner_sigma_px, frame, state, tag));
-  }
-  if (state > 0) out.push_back(MotionFactor(graph, state - 1, noise));
-  for (Factor other : frame.others) {
-    int first = state;
-    for (BlockRef& block : other.blocks) first = std::min(first, block.index += state);
-    if (first >= 0) out.push_back(std::move(other));  // else the prior has it
-  }
+  out.reserve(MostOf(frame));
+  AddFactorsOfFrame(setup, noise, frame, graph, state, &out);
   return out;
 }
 
@@ -222,13 +238,16 @@ bool HasTracks(const EstimatorSetup& setup, const GraphInput& input) {
 Graph BuildWholeGraph(const EstimatorSetup& setup, const NoiseModel& noise,
                       const GraphInput& input) {
   Graph graph;
+  graph.states.reserve(input.frames.size());
+  size_t n_factors = 1;
   for (const GraphFrame& frame : input.frames) {
+    n_factors += MostOf(frame);
     graph.states.push_back(ToGraphState(frame.t_ns, frame.state, frame.acceleration, frame.motion));
   }
+  graph.factors.reserve(n_factors);
   graph.factors.push_back(input.prior ? *input.prior : FirstRatesPrior(noise));
   for (size_t k = 0; k < input.frames.size(); ++k) {
-    auto of_frame = FactorsOfFrame(setup, noise, input.frames[k], graph, static_cast<int>(k));
-    std::move(of_frame.begin(), of_frame.end(), std::back_inserter(graph.factors));
+    AddFactorsOfFrame(setup, noise, input.frames[k], graph, static_cast<int>(k), &graph.factors);
   }
   AddTracks(setup, noise.track_sigma_px, input, &graph);
   return graph;
@@ -236,7 +255,8 @@ Graph BuildWholeGraph(const EstimatorSetup& setup, const NoiseModel& noise,
 
 Graph BuildGraph(const EstimatorSetup& setup, const NoiseModel& noise, const GraphInput& input) {
   Graph graph = BuildWholeGraph(setup, noise, input);
-  const auto useless = [&](const Factor& factor) { return !CanBeEvaluated(graph, factor); };
+  Evaluation evaluation;
+  const auto useless = [&](const Factor& factor) { return !evaluation.Succeeds(graph, factor); };
   const auto kept = std::remove_if(graph.factors.begin(), graph.factors.end(), useless);
   graph.n_left_out = static_cast<int>(graph.factors.end() - kept);
   graph.factors.erase(kept, graph.factors.end());

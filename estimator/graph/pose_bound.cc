@@ -42,9 +42,9 @@ std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corn
   Eigen::Matrix<double, 8, 6> whitened;
   for (const TagDetection& tag : tags) {
     const MountedCamera seen_by = setup.CameraOf(tag.camera);
-    const TagReprojectionResidual cost({setup.map.CornersInWorld(tag.id), tag.corners,
-                                        CornerCovariance(setup, tag, corner_sigma_px)},
-                                       seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
+    const TagReprojection cost({setup.map.CornersInWorld(tag.id), tag.corners,
+                                CornerCovariance(setup, tag, corner_sigma_px)},
+                               seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
     if (!cost.Linearize(world_from_body.params.data(), &residual, &whitened)) return std::nullopt;
     information += whitened.transpose().lazyProduct(whitened);
   }

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <deque>
+#include <vector>
 
 #include "estimator/graph/pose_bound.h"
 #include "estimator/rig/rig_pose.h"
@@ -40,10 +40,11 @@ double MostChi2(double freedom) {
 }
 
 // nullopt where a corner cannot be seen from there.
-std::optional<Normals> Linearise(const std::deque<TagReprojectionResidual>& tags,
-                                 double huber_delta, const Pose& pose) {
+std::optional<Normals> Linearise(const std::vector<TagReprojection>& tags, double huber_delta,
+                                 const Pose& pose) {
   std::vector<LinearTag> linear(tags.size());
   std::vector<double> squared_norms;
+  squared_norms.reserve(tags.size());
   for (size_t i = 0; i < tags.size(); ++i) {
     LinearTag& tag = linear[i];
     if (!tags[i].Linearize(pose.params.data(), &tag.residual, &tag.jacobian)) return std::nullopt;
@@ -85,8 +86,8 @@ bool MostAgree(const Normals& tags, size_t n_tags, double misfit) {
 }
 
 // Whether another pose, beyond what one trough of both may hold, explains the tags nearly as well.
-bool IsMirrorOpen(const std::deque<TagReprojectionResidual>& tags, double huber_delta,
-                  double squares, const Pose& pose, const Pose& mirrored) {
+bool IsMirrorOpen(const std::vector<TagReprojection>& tags, double huber_delta, double squares,
+                  const Pose& pose, const Pose& mirrored) {
   constexpr double kOpenRad = 0.0873, kDecided = 18;  // 5 degrees; twice the logarithm of odds
   if (AngleBetween(pose, mirrored) < kOpenRad) return false;
   const auto there = Linearise(tags, huber_delta, mirrored);
@@ -100,7 +101,8 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
                                           const Pose& start) {
   constexpr double kMostAttitudeSigma = 0.035;  // rad
   if (tags.empty()) return std::nullopt;
-  std::deque<TagReprojectionResidual> residuals;
+  std::vector<TagReprojection> residuals;
+  residuals.reserve(tags.size());
   for (const TagDetection& tag : tags) {
     const MountedCamera seen_by = setup.CameraOf(tag.camera);
     residuals.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,

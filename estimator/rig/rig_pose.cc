@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <utility>
+#include <vector>
 
 #include "residuals/tag_reprojection_residual.h"
 
@@ -28,6 +28,7 @@ bool IsBetter(const BodyCandidate& a, const BodyCandidate& b) {
 
 std::vector<int> CamerasOf(const std::vector<TagDetection>& tags) {
   std::vector<int> out;
+  out.reserve(tags.size());
   for (const TagDetection& tag : tags) out.push_back(tag.camera);
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
@@ -51,6 +52,8 @@ bool AreApart(const Pose& a, const Pose& b) {
 class TagsOfRig {
  public:
   TagsOfRig(const EstimatorSetup& setup, const std::vector<TagDetection>& tags) {
+    costs_.reserve(tags.size());
+    sides_px_.reserve(tags.size());
     for (const TagDetection& tag : tags) {
       const MountedCamera seen_by = setup.CameraOf(tag.camera);
       costs_.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
@@ -72,7 +75,7 @@ class TagsOfRig {
   double Linearise(const Pose& pose, const std::vector<size_t>& tags, Matrix6* hessian,
                    Vector6* gradient) const;
 
-  std::deque<TagReprojectionResidual> costs_;
+  std::vector<TagReprojection> costs_;
   std::vector<double> sides_px_;
 };
 

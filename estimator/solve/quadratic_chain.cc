@@ -120,6 +120,7 @@ void QuadraticChain::AddFactors(std::vector<Factor> factors) {
 
 std::vector<size_t> QuadraticChain::FactorsOfFirst(int* last) const {
   std::vector<size_t> out;
+  out.reserve(graph_.factors.size());
   *last = prior_ ? static_cast<int>(prior_->reference.size()) - 1 : 0;
   for (size_t f = 0; f < graph_.factors.size(); ++f) {
     const auto [from, to] = SpanOf(graph_.factors[f]);

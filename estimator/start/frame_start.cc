@@ -32,12 +32,14 @@ double SquaredDistance(const EstimatorSetup& setup, const NoiseModel& noise,
 }
 
 // The tags that lie where the frame's state says.
-std::vector<TagDetection> TagsAtTheirPlace(const EstimatorSetup& setup, GraphFrame frame,
+std::vector<TagDetection> TagsAtTheirPlace(const EstimatorSetup& setup, const GraphFrame& frame,
                                            const std::vector<TagDetection>& tags, double near_px) {
   std::vector<TagDetection> out;
+  out.reserve(tags.size());
+  std::vector<double> errors;
   for (const TagDetection& tag : tags) {
-    frame.tags = {tag};
-    const std::vector<double> errors = ReprojectionErrors(setup, frame);
+    errors.clear();
+    AddReprojectionErrors(setup, frame.state.world_from_body, tag, &errors);
     const bool all = errors.size() == 4;
     if (all && *std::max_element(errors.begin(), errors.end()) < near_px) out.push_back(tag);
   }

@@ -11,13 +11,11 @@ std::optional<double> CornerCost(const EstimatorSetup& setup, const NoiseModel& 
   double sum = 0;
   for (const TagDetection& tag : frame.tags) {
     const MountedCamera seen_by = setup.CameraOf(tag.camera);
-    const TagReprojectionResidual residual({setup.map.CornersInWorld(tag.id), tag.corners,
-                                            CornerCovariance(setup, tag, noise.corner_sigma_px)},
-                                           seen_by.camera, seen_by.cam_from_body,
-                                           seen_by.mounted_on);
-    const double* const parameters[] = {world_from_body.params.data()};
+    const TagReprojection residual({setup.map.CornersInWorld(tag.id), tag.corners,
+                                    CornerCovariance(setup, tag, noise.corner_sigma_px)},
+                                   seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
     Eigen::Matrix<double, 8, 1> r;
-    if (!residual.Evaluate(parameters, r.data(), nullptr)) return std::nullopt;
+    if (!residual.Linearize(world_from_body.params.data(), &r, nullptr)) return std::nullopt;
     sum += 0.5 * r.squaredNorm();
   }
   return sum;

@@ -129,6 +129,7 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
   constexpr double kMostMisfit = 0.75;  // periods; half a burst's of those that come in bursts
   if (stamps_ns.size() < kLeastStamps) return std::nullopt;
   std::vector<double> stamps_s;
+  stamps_s.reserve(stamps_ns.size());
   for (const int64_t t : stamps_ns) {
     stamps_s.push_back(1e-9 * static_cast<double>(t - stamps_ns.front()));
   }
@@ -146,6 +147,7 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
     best->period_s = line.period_s;
     best->rms_s = misfit.rms * line.period_s;
     best->sigma_s = TickSigmas(numbers, best->rms_s);
+    best->t_ns.reserve(numbers.size());
     for (const int64_t number : numbers) {
       const double t_s = line.first_s + line.period_s * static_cast<double>(number);
       best->t_ns.push_back(stamps_ns.front() + static_cast<int64_t>(std::llround(1e9 * t_s)));

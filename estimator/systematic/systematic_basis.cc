@@ -157,7 +157,7 @@ std::vector<int> SystematicBasis::OfMount(int camera) const {
 bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_body,
                                 const TagDetection& tag, TagTerms* out) const {
   const MountedCamera seen_by = setup_.CameraOf(tag.camera);
-  const TagReprojectionResidual in_px(
+  const TagReprojection in_px(
       {setup_.map.CornersInWorld(tag.id), tag.corners, Eigen::Matrix<double, 8, 8>::Identity()},
       seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
   if (!in_px.Linearize(world_from_body.params.data(), &out->residual, &out->by_pose)) return false;

@@ -58,6 +58,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   const int newest = static_cast<int>(seen_.size()) - 1;
   out.current = EstimateOf(newest);
   if (IsSudden(out.current)) ForgetTwist(&out.current);
+  out.used_tags.reserve(hypotheses_[0].input.frames.back().tags.size());
   for (const TagDetection& tag : hypotheses_[0].input.frames.back().tags) {
     out.used_tags.push_back(tag.id);
   }

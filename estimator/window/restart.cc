@@ -108,6 +108,7 @@ void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
   if (hypotheses_.size() != 1) return;
   const GraphFrame& frame = hypotheses_[0].input.frames.back();
   std::vector<int> used;
+  used.reserve(frame.tags.size());
   for (const TagDetection& tag : frame.tags) {
     if (std::count(used.begin(), used.end(), tag.id) == 0) used.push_back(tag.id);
     if (alone_since_restart_ != tag.id) alone_since_restart_.reset();

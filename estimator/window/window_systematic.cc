@@ -11,6 +11,7 @@ namespace {
 std::vector<TagDetection> UsedOf(const std::vector<TagDetection>& tags,
                                  const std::vector<int>& used) {
   std::vector<TagDetection> out;
+  out.reserve(used.size());
   for (const TagDetection& tag : tags) {
     if (std::find(used.begin(), used.end(), tag.id) != used.end()) out.push_back(tag);
   }

@@ -268,17 +268,18 @@ std::optional<Pose> MirroredPose(const std::vector<TagDetection>& tags, const Ta
                                  const Pose& cam_from_body, const Pose& world_from_body) {
   std::vector<Tag> in_map;
   std::vector<PointInImage> points;
+  in_map.reserve(tags.size());
+  points.reserve(4 * tags.size());
   for (const TagDetection& tag : tags) {
     in_map.push_back(*map.Find(tag.id));
     for (const Eigen::Vector3d& corner : map.CornersInWorld(tag.id)) {
       points.push_back({corner, Eigen::Vector2d::Zero()});
     }
   }
-  const TagPlanes planes = FindTagPlanes(in_map);
-  if (planes.world_from_plane.size() != 1) return std::nullopt;
+  const auto plane = CommonPlane(in_map);
+  if (!plane) return std::nullopt;
   const Pose cam_from_world = cam_from_body * Inverse(world_from_body);
-  return Inverse(MirroredPose(cam_from_world, planes.world_from_plane.front(), points)) *
-         cam_from_body;
+  return Inverse(MirroredPose(cam_from_world, *plane, points)) * cam_from_body;
 }
 
 }  // namespace tagtwist::internal

@@ -22,7 +22,20 @@ bool IsOnPlane(const Tag& tag, const Pose& world_from_plane, double tolerance_m)
   });
 }
 
+// The first tag's plane: that of W where it lies on it.
+Pose PlaneOf(const Tag& tag) {
+  return IsOnPlane(tag, Pose(), kWorldPlaneM) ? Pose() : tag.world_from_tag;
+}
+
 }  // namespace
+
+std::optional<Pose> CommonPlane(const std::vector<Tag>& tags) {
+  if (tags.empty()) return std::nullopt;
+  const Pose plane = PlaneOf(tags.front());
+  const bool all = std::all_of(tags.begin() + 1, tags.end(),
+                               [&](const Tag& tag) { return IsOnPlane(tag, plane, kOnPlaneM); });
+  return all ? std::optional(plane) : std::nullopt;
+}
 
 TagPlanes FindTagPlanes(const std::vector<Tag>& tags) {
   TagPlanes planes;
@@ -33,8 +46,7 @@ TagPlanes FindTagPlanes(const std::vector<Tag>& tags) {
       ++plane;
     }
     if (plane == planes.world_from_plane.size()) {
-      const bool is_world = IsOnPlane(tag, Pose(), kWorldPlaneM);
-      planes.world_from_plane.push_back(is_world ? Pose() : tag.world_from_tag);
+      planes.world_from_plane.push_back(PlaneOf(tag));
     }
     planes.plane_of_tag.emplace(tag.id, plane);
   }

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct TagPlanes {
 /// Tags are on one plane when their corners lie within 2 mm of it and they face the same way. Bends
 /// do not count: a bent tag lies on the plane that it is bent about.
 TagPlanes FindTagPlanes(const std::vector<Tag>& tags);
+/// The only one that FindTagPlanes finds; nullopt where it finds several, or none.
+std::optional<Pose> CommonPlane(const std::vector<Tag>& tags);
 
 /// Where on each plane its tags lie, x and y of the plane [m]: the box of their corners, a tag's
 /// side added all round.

@@ -127,6 +127,7 @@ TEST(FindTagPlanes, TheMatIsTheWorldsPlaneAndAWallAnother) {
   tags.push_back({501, wall * MakePose(ExpSo3({0, 0, 1}), {1, 0.5, 0.001}), 0.2});
   tags.push_back({502, MakePose(ExpSo3({M_PI, 0, 0}), {1, 1, 0}), 0.2});  // under the mat
   const TagPlanes planes = FindTagPlanes(tags);
+  EXPECT_FALSE(CommonPlane(tags));
   ASSERT_EQ(planes.world_from_plane.size(), 3u);
   EXPECT_EQ(planes.world_from_plane[0].params, Pose().params);
   EXPECT_EQ(planes.plane_of_tag.at(107), 0u);
@@ -138,6 +139,19 @@ TEST(FindTagPlanes, TheMatIsTheWorldsPlaneAndAWallAnother) {
   seen[1].id = 500;
   seen[2].id = 501;
   EXPECT_EQ(MainPlane(planes, seen), 1u);
+}
+
+TEST(FindTagPlanes, TheOnlyOneIsTheFirstTagsOrTheWorlds) {
+  const Pose wall = MakePose(ExpSo3({M_PI / 2, 0, 0}), {0, 2, 1});
+  const Tag first{500, wall, 0.2};
+  const Tag beside{501, wall * MakePose(ExpSo3({0, 0, 1}), {1, 0.5, 0.001}), 0.2};
+  const auto of_wall = CommonPlane({first, beside});
+  ASSERT_TRUE(of_wall);
+  EXPECT_EQ(of_wall->params, wall.params);
+  const auto of_mat = CommonPlane(MakeTagMap(TagGrid()).tags());
+  ASSERT_TRUE(of_mat);
+  EXPECT_EQ(of_mat->params, Pose().params);
+  EXPECT_FALSE(CommonPlane({}));
 }
 
 TEST(FindTagPlanes, ABentTagIsOnThePlaneThatItIsBentAbout) {

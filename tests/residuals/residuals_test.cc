@@ -109,6 +109,27 @@ TEST_F(TagResidual, SquaredNormIsMahalanobisDistance) {
   EXPECT_NEAR((Eigen::Map<Eigen::Matrix<double, 8, 1>>(r).squaredNorm()), expected, 1e-9);
 }
 
+// Whatever of W is kept: nothing, its diagonal, or all of it.
+TEST_F(TagResidual, WhitenerOfAnyCovarianceIsW) {
+  using Matrix8 = Eigen::Matrix<double, 8, 8>;
+  TagScene s = RandomScene();
+  const Matrix8 diagonal = kFull.diagonal().asDiagonal();
+  for (const Matrix8& covariance : {Matrix8(Matrix8::Identity()), diagonal, Matrix8(kFull)}) {
+    s.tag.covariance = covariance;
+    const TagReprojection tag(s.tag, Lens(), CamFromBody());
+    const Matrix8 w = tag.whitener();
+    EXPECT_LT((w.transpose() * w - covariance.inverse()).norm(),
+              1e-9 * covariance.inverse().norm());
+    EXPECT_NEAR(tag.LogDetInformation(), -std::log(covariance.determinant()), 1e-9);
+    Eigen::Matrix<double, 8, 1> r, e;
+    ASSERT_TRUE(tag.Linearize(s.world_from_body.params.data(), &r, nullptr));
+    for (size_t i = 0; i < 4; ++i) {
+      e.segment<2>(2 * static_cast<int>(i)) = s.exact.pixels[i] - s.tag.pixels[i];
+    }
+    EXPECT_NEAR(r.squaredNorm(), e.dot(covariance.inverse() * e), 1e-9 * r.squaredNorm());
+  }
+}
+
 TEST_F(TagResidual, RefusesCornerBehindCamera) {
   TagScene s = RandomScene();
   s.tag.corners_in_world[2] =

@@ -87,7 +87,7 @@ TEST(WindowMemory, AllocationsOfAFrameAreFewAndNoMoreAsItFlies) {
   const double first = of_a_frame(), second = of_a_frame();
   RecordProperty("allocations_of_a_frame", std::to_string(second));
   EXPECT_GT(first, 0);
-  EXPECT_LT(first, 350);
+  EXPECT_LT(first, 235);
   EXPECT_LT(second, 1.02 * first);
 }
 #endif
