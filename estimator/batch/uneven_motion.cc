@@ -67,7 +67,7 @@ void TakeBack(const Before& before, GraphInput* input) {
 Result<Solution> LetMotionVary(const EstimatorSetup& setup, const SolveOptions& options,
                                Solution solution, GraphInput* input, NoiseModel* noise) {
   if (!MotionIsLearned(setup.options)) return solution;
-  const MotionHistory history = HistoryOf(setup, *noise, input->frames);
+  const MotionHistory history = HistoryOf(setup, *noise, input->frames, false);
   if (!history.banks().is_measured()) return solution;
   const PartLikelihoods one = BestOfOneDensity(history, *noise),
                         many =

@@ -236,12 +236,30 @@ MotionBank::Covariance MotionBank::MixtureCovariance() const {
     AddSquareOfMean(1, &filter);
     sum += weights_[i] * filter;
   }
+  return CovarianceOf(sum);
+}
+
+MotionBank::Covariance MotionBank::CovarianceOf(const Filter& filter) {
   Covariance out;
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j) {
-      out.block<3, 3>(3 * i, 3 * j) = Part(sum, kBlocks[i][j]);
-      out.block<3, 3>(3 * j, 3 * i) = Part(sum, kBlocks[i][j]).transpose();
+      out.block<3, 3>(3 * i, 3 * j) = Part(filter, kBlocks[i][j]);
+      out.block<3, 3>(3 * j, 3 * i) = Part(filter, kBlocks[i][j]).transpose();
     }
+  }
+  return out;
+}
+
+void MotionBank::TurnTime(const Eigen::Vector3d& origin, Filter* filter) {
+  tagtwist::internal::Mean(filter, 0) += origin;
+  tagtwist::internal::Mean(filter, 1) *= -1;
+  for (const Block block : {kXv, kVa}) Part(filter, block) *= -1;
+}
+
+std::vector<MotionBank::Class> MotionBank::Classes(double least_weight) const {
+  std::vector<Class> out;
+  for (size_t i = 0; i < filters_.size(); ++i) {
+    if (weights_[i] >= least_weight) out.push_back({i, weights_[i], filters_[i]});
   }
   return out;
 }
@@ -273,18 +291,6 @@ void MotionBank::TurnOrigin(const Eigen::Matrix3d& rotation) {
       Part(&filter, block) = (rotation * Part(filter, block)).eval();
     }
   }
-}
-
-std::vector<double> WeightsFromBothSides(const std::vector<double>& forwards,
-                                         const std::vector<double>& before,
-                                         const std::vector<double>& backwards) {
-  std::vector<double> out;
-  const double uniform = 1 / static_cast<double>(forwards.size());
-  for (size_t i = 0; i < forwards.size(); ++i) {
-    out.push_back(forwards[i] * backwards[i] / (before[i] + uniform) + kLeastWeight);
-  }
-  Normalise(&out);
-  return out;
 }
 
 }  // namespace tagtwist::internal

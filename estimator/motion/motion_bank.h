@@ -54,6 +54,20 @@ class MotionBank {
   /// Logarithm of the likelihood of the last measurement, the mixture before it given.
   double log_likelihood() const { return log_likelihood_; }
 
+  /// What a class says.
+  struct Class {
+    size_t index = 0;
+    double weight = 0;
+    Filter filter;
+  };
+  /// Those that have at least that weight.
+  std::vector<Class> Classes(double least_weight) const;
+  static Covariance CovarianceOf(const Filter& filter);
+  /// As of time that runs the other way, and x measured from -origin.
+  static void TurnTime(const Eigen::Vector3d& origin, Filter* filter);
+  size_t size() const { return filters_.size(); }
+  const MotionBankOptions& options() const { return options_; }
+
   /// The mixture's.
   State Mean() const;
   Covariance MixtureCovariance() const;
@@ -75,12 +89,5 @@ class MotionBank {
   std::vector<Filter> filters_;
   double log_likelihood_ = 0;
 };
-
-/// The weights of the classes over an interval from both sides: of a bank that came from the past
-/// (after the interval's end was measured, and just before) and of one that came from the future
-/// (after its beginning was measured). All of one size.
-std::vector<double> WeightsFromBothSides(const std::vector<double>& forwards,
-                                         const std::vector<double>& before,
-                                         const std::vector<double>& backwards);
 
 }  // namespace tagtwist::internal

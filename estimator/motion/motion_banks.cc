@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/motion/interval_classes.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist::internal {
@@ -11,10 +12,29 @@ MotionBanks::MotionBanks(WhiteNoiseOn linear, WhiteNoiseOn angular)
     : MotionBanks(LinearBankOptions(linear), AngularBankOptions(angular)) {}
 
 MotionBanks::MotionBanks(const MotionBankOptions& linear, const MotionBankOptions& angular)
-    : linear_(linear), angular_(angular), before_(weights()) {}
+    : linear_(linear), angular_(angular) {}
 
 MotionBanks::Densities MotionBanks::DensitiesOf(const Weights& weights) const {
   return {linear_.DensityOf(weights.linear), angular_.DensityOf(weights.angular)};
+}
+
+MotionBanks::Prediction MotionBanks::prediction() const {
+  constexpr double kLeastWeight = 1e-5;
+  return {linear_.Classes(kLeastWeight), angular_.Classes(kLeastWeight), reference_, dt_s_};
+}
+
+MotionBanks::Densities MotionBanks::DensitiesAfter(const Prediction& past) const {
+  constexpr double kLeastWeight = 1e-4, kKeepS = 30;
+  const double keep = std::exp(-past.dt_s / kKeepS);
+  const auto of = [keep](const std::vector<MotionBank::Class>& before, const MotionBank& after,
+                         const Eigen::Vector3d& origin) {
+    return WeightsFromBothSides(before, InForwardTime(after.Classes(kLeastWeight), origin),
+                                after.options().on, keep, after.size());
+  };
+  const Eigen::Vector3d turned =
+      LogSo3(past.reference.rotation().conjugate() * reference_.rotation());
+  return DensitiesOf(
+      {of(past.linear, linear_, Eigen::Vector3d::Zero()), of(past.angular, angular_, turned)});
 }
 
 // The reference turns as the mean does; what the classes know of the attitude turns with it.
@@ -30,9 +50,9 @@ void MotionBanks::PredictBy(double dt_s) {
 }
 
 void MotionBanks::Predict(int64_t t_ns) {
-  if (is_measured()) PredictBy(std::abs(ToSeconds(t_ns - last_ns_)));
+  dt_s_ = std::abs(ToSeconds(t_ns - last_ns_));
+  if (is_measured()) PredictBy(dt_s_);
   last_ns_ = t_ns;
-  before_ = weights();
 }
 
 void MotionBanks::Measure(const PoseMeasurement& pose) {
@@ -81,8 +101,9 @@ MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angula
   return {of_linear, of_angular};
 }
 
-MotionHistory::MotionHistory(const NoiseModel& noise)
-    : banks_(noise.linear.on, noise.angular.on),
+MotionHistory::MotionHistory(const NoiseModel& noise, bool keeps_past)
+    : keeps_past_(keeps_past),
+      banks_(noise.linear.on, noise.angular.on),
       fresh_(banks_),
       rivals_{{1, UnderOneDensity(noise.linear, noise.angular)},
               {0.1, UnderOneDensity(noise.linear, noise.angular)}} {}
@@ -113,20 +134,29 @@ bool MotionHistory::AngularVaries() const {
                      [](const Rival& rival) { return rival.advantage.angular > kClearly; });
 }
 
+MotionHistory::Shares MotionHistory::ShareOfBank() const {
+  constexpr double kUnlikely = 1;  // before anything is seen, in the logarithm of the odds
+  Shares out;
+  for (const Rival& rival : rivals_) {
+    out.linear = std::min(out.linear, 1 / (1 + std::exp(kUnlikely - rival.advantage.linear)));
+    out.angular = std::min(out.angular, 1 / (1 + std::exp(kUnlikely - rival.advantage.angular)));
+  }
+  return out;
+}
+
 void MotionHistory::Add(const EstimatorSetup& setup, const NoiseModel& noise,
                         const GraphFrame& frame) {
   Frame out{frame.t_ns,
             PoseOfTags(setup, noise.corner_sigma_px, frame.tags, frame.state.world_from_body),
-            {},
             {}};
   if (out.pose && !out.pose->is_consensus) out.pose.reset();
   if (out.pose) {
+    const bool is_first = !banks_.is_measured();
     banks_.Predict(frame.t_ns);
+    if (keeps_past_ && !is_first) out.past = banks_.prediction();
     banks_.Measure(*out.pose);
     Compare({noise.linear.psd, noise.angular.psd}, out);
   }
-  out.before = banks_.weights_before();
-  out.after = banks_.weights();
   frames_.push_back(std::move(out));
 }
 
@@ -142,28 +172,63 @@ PartLikelihoods MotionHistory::Likelihoods(MotionBanks bank) const {
   return out;
 }
 
-std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
-  std::vector<MotionBanks::Densities> out(frames_.size());
-  MotionBanks backwards = fresh_;
-  backwards.SetWeights(banks_.weights());  // the future goes on as the present is
-  for (size_t k = frames_.size(); k-- > 0;) {
-    const Frame& frame = frames_[k];
-    if (k + 1 < frames_.size()) {
-      const Frame& end = frames_[k + 1];  // of the interval that begins here
-      if (frame.pose) {
-        backwards.Predict(frame.t_ns);
-        backwards.Measure(*frame.pose);
-      }
-      const MotionBanks::Weights later = backwards.weights();
-      out[k + 1] = banks_.DensitiesOf(
-          {WeightsFromBothSides(end.after.linear, end.before.linear, later.linear),
-           WeightsFromBothSides(end.after.angular, end.before.angular, later.angular)});
-    } else if (frame.pose) {
-      backwards.Predict(frame.t_ns);
-      backwards.Measure(*frame.pose);
+// The frames from `first` on, until `past` ends: what is known of each from its past is there.
+void MotionHistory::TellBackwards(size_t first, const std::vector<MotionBanks::Prediction>& past,
+                                  MotionBanks* backwards,
+                                  std::vector<MotionBanks::Densities>* out) const {
+  for (size_t i = past.size(); i-- > 0;) {
+    const size_t k = first + i;
+    if (frames_[k].pose) {
+      backwards->Predict(frames_[k].t_ns);
+      backwards->Measure(*frames_[k].pose);
+      if (!past[i].linear.empty()) (*out)[k] = backwards->DensitiesAfter(past[i]);
+    } else if (k + 1 < frames_.size()) {
+      (*out)[k] = (*out)[k + 1];
     }
   }
-  if (!out.empty()) out[0] = out.size() > 1 ? out[1] : banks_.densities();
+}
+
+// What is known of the frames of a stretch from their past, `banks` being just before it and, in
+// the end, after it.
+std::vector<MotionBanks::Prediction> MotionHistory::PastOf(size_t first, size_t end,
+                                                           MotionBanks* banks) const {
+  std::vector<MotionBanks::Prediction> out(end - first);
+  for (size_t k = first; k < end; ++k) {
+    if (!frames_[k].pose) continue;
+    const bool is_first = !banks->is_measured();
+    banks->Predict(frames_[k].t_ns);
+    if (!is_first) out[k - first] = banks->prediction();
+    banks->Measure(*frames_[k].pose);
+  }
+  return out;
+}
+
+std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
+  std::vector<MotionBanks::Densities> out(frames_.size(), banks_.densities());
+  MotionBanks backwards = fresh_;
+  backwards.SetWeights(banks_.weights());  // the future goes on as the present is
+  if (keeps_past_) {
+    std::vector<MotionBanks::Prediction> past;
+    for (const Frame& frame : frames_) past.push_back(frame.past);
+    TellBackwards(0, past, &backwards, &out);
+  } else {
+    // All that is known from the past at each of many frames is a lot to hold: it is made again,
+    // stretch by stretch.
+    constexpr size_t kStretch = 64;
+    std::vector<MotionBanks> before;  // each stretch
+    MotionBanks banks = fresh_;
+    for (size_t first = 0; first < frames_.size(); first += kStretch) {
+      before.push_back(banks);
+      PastOf(first, std::min(first + kStretch, frames_.size()), &banks);
+    }
+    for (size_t i = before.size(); i-- > 0;) {
+      const size_t first = i * kStretch;
+      const auto past = PastOf(first, std::min(first + kStretch, frames_.size()), &before[i]);
+      TellBackwards(first, past, &backwards, &out);
+      before.pop_back();
+    }
+  }
+  if (out.size() > 1) out[0] = out[1];
   return out;
 }
 

@@ -24,6 +24,12 @@ class MotionBanks {
   struct Weights {
     std::vector<double> linear, angular;
   };
+  /// The classes just before a frame is measured.
+  struct Prediction {
+    std::vector<MotionBank::Class> linear, angular;
+    Pose reference;
+    double dt_s = 0;  // since the frame before
+  };
 
   MotionBanks() : MotionBanks(WhiteNoiseOn::kJerk, WhiteNoiseOn::kJerk) {}
   MotionBanks(WhiteNoiseOn linear, WhiteNoiseOn angular);
@@ -38,9 +44,13 @@ class MotionBanks {
   /// Over the interval that ends with the last frame.
   Densities densities() const { return {linear_.Density(), angular_.Density()}; }
   Densities DensitiesOf(const Weights& weights) const;
-  /// Of the classes after the last frame, and just before it was measured.
+  /// Of the classes after the last frame.
   Weights weights() const { return {linear_.weights(), angular_.weights()}; }
-  const Weights& weights_before() const { return before_; }
+  /// After Predict.
+  Prediction prediction() const;
+  /// The densities over the interval that ends with a frame, of what was predicted for it from the
+  /// past, this being a bank from the future that has measured it.
+  Densities DensitiesAfter(const Prediction& past) const;
   /// Of the last frame, those before it given; of the first one none.
   PartLikelihoods log_likelihoods() const;
   /// What is known of the classes besides.
@@ -57,7 +67,7 @@ class MotionBanks {
   MotionBank linear_, angular_;  // the latter about reference_, in the body's frame
   Pose reference_;
   int64_t last_ns_ = 0;
-  Weights before_;
+  double dt_s_ = 0;  // to it
   int n_measured_ = 0;
 };
 
@@ -70,11 +80,17 @@ MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angula
 class MotionHistory {
  public:
   MotionHistory() : MotionHistory(NoiseModel()) {}
-  explicit MotionHistory(const NoiseModel& noise);
+  /// With keeps_past, what is known of each frame from its past stays with it, some kilobytes,
+  /// until it is dropped; without, no frame may be dropped.
+  explicit MotionHistory(const NoiseModel& noise, bool keeps_past = true);
 
   /// The next frame, whose state is near its tags' pose. One whose tags do not fix the pose says
   /// nothing. `noise` may have changed since the last one.
   void Add(const EstimatorSetup& setup, const NoiseModel& noise, const GraphFrame& frame);
+  struct Shares {
+    double linear = 1, angular = 1;
+  };
+
   /// The first frame, if there is one, is told of no more.
   void DropFirst() {
     if (!frames_.empty()) frames_.erase(frames_.begin());
@@ -87,6 +103,8 @@ class MotionHistory {
   bool LinearVaries() const;
   bool AngularVaries() const;
   bool Varies() const { return LinearVaries() || AngularVaries(); }
+  /// Probabilities that the bank is right, against the likelier of the two.
+  Shares ShareOfBank() const;
   /// Log-likelihoods of the frames under a bank that knows nothing yet.
   PartLikelihoods Likelihoods(MotionBanks bank) const;
   /// The densities over the intervals that end with each frame, from the past and the future.
@@ -97,7 +115,7 @@ class MotionHistory {
   struct Frame {
     int64_t t_ns = 0;
     std::optional<PoseMeasurement> pose;
-    MotionBanks::Weights before, after;
+    MotionBanks::Prediction past;
   };
   void Compare(const MotionBanks::Densities& densities, const Frame& frame);
 
@@ -108,6 +126,11 @@ class MotionHistory {
     PartLikelihoods advantage = {};
   };
 
+  std::vector<MotionBanks::Prediction> PastOf(size_t first, size_t end, MotionBanks* banks) const;
+  void TellBackwards(size_t first, const std::vector<MotionBanks::Prediction>& past,
+                     MotionBanks* backwards, std::vector<MotionBanks::Densities>* out) const;
+
+  bool keeps_past_ = true;
   MotionBanks banks_, fresh_;
   std::vector<Rival> rivals_;
   std::vector<Frame> frames_;

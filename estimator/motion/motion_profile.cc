@@ -3,8 +3,8 @@
 namespace tagtwist::internal {
 
 MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
-                        const std::vector<GraphFrame>& frames) {
-  MotionHistory out(noise);
+                        const std::vector<GraphFrame>& frames, bool keeps_past) {
+  MotionHistory out(noise, keeps_past);
   for (const GraphFrame& frame : frames) out.Add(setup, noise, frame);
   return out;
 }

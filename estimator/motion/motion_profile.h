@@ -6,9 +6,9 @@
 
 namespace tagtwist::internal {
 
-/// The history of these frames.
+/// The history of these frames; keeps_past where the first ones are to be dropped later.
 MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
-                        const std::vector<GraphFrame>& frames);
+                        const std::vector<GraphFrame>& frames, bool keeps_past);
 
 /// Which parts of the motion have a density of their own in each interval.
 struct MotionParts {

@@ -152,14 +152,16 @@ FrameEstimate FixedLagSmoother::EstimateOfUnseen(int state, const Unseen& unseen
   return out;
 }
 
-// While the motion varies, how lively it is at the end shows later. Variances that are added are
+// How lively the motion is at the end shows later: what the bank leaves open counts as far as the
+// bank may be right. Variances that are added are
 // independent from entry to entry: far from the tags, position and attitude hang together, and
 // scaled ones would make up a combination that is surely wrong.
 StateVector FixedLagSmoother::ExcessVariances(const WindowHypothesis& hypothesis) const {
   const MotionParts varying = VaryingParts(hypothesis.motion, setup_.options);
   StateVector out = hypothesis.motion.banks().ExcessVariances();
-  if (!varying.linear) out.segment<6>(3).setZero();
-  if (!varying.angular) out.head<3>().setZero(), out.tail<3>().setZero();
+  const auto share = hypothesis.motion.ShareOfBank();
+  if (!varying.linear) out.segment<6>(3) *= share.linear;
+  if (!varying.angular) out.head<3>() *= share.angular, out.tail<3>() *= share.angular;
   return out;
 }
 

@@ -47,7 +47,7 @@ Status FixedLagSmoother::LearnAtFirst(const TimeUp& time_up, WindowHypothesis* h
   if (!IsUp(time_up) && !HasTracks(setup_, hypothesis->input)) {
     RaiseWhatIsNotResolved(setup_, StepOptions(time_up), hypothesis->input, &noise_);
   }
-  hypothesis->motion = HistoryOf(setup_, noise_, hypothesis->input.frames);
+  hypothesis->motion = HistoryOf(setup_, noise_, hypothesis->input.frames, true);
   LetMotionVary(hypothesis);
   constexpr int kMostFrames = 20;
   has_learned_ = !IsUp(time_up) || ++frames_of_learning_ == kMostFrames;

@@ -233,13 +233,5 @@ TEST(MotionBank, MovingTheOriginChangesNothingElse) {
   EXPECT_LT((bank.Mean().tail<6>() - moved.Mean().tail<6>()).norm(), 1e-6);
 }
 
-TEST(MotionBank, BothSidesAgreeOnWhatOneSideKnows) {
-  const std::vector<double> uniform(4, 0.25), sure{0, 0, 1, 0};
-  const auto same = WeightsFromBothSides(sure, uniform, uniform);
-  EXPECT_NEAR(same[2], 1, 1e-9);
-  const auto from_behind = WeightsFromBothSides(uniform, uniform, sure);
-  EXPECT_NEAR(from_behind[2], 1, 1e-9);
-}
-
 }  // namespace
 }  // namespace tagtwist::internal::motion_bank_test

@@ -13,11 +13,11 @@
 namespace tagtwist::internal::situations_test {
 namespace {
 
-constexpr Situation kAll[] = {Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,
-                              Situation::kTrapezoid, Situation::kStopAndGo, Situation::kHit,
-                              Situation::kVibration, Situation::kGaps,      Situation::kPhantoms,
-                              Situation::kKidnapped, Situation::kFarTag,    Situation::kJitter,
-                              Situation::kBursts,    Situation::kTwin,      Situation::kTwinApart};
+constexpr Situation kAll[] = {
+    Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,   Situation::kTrapezoid,
+    Situation::kStopAndGo, Situation::kHit,       Situation::kVibration, Situation::kGaps,
+    Situation::kPhantoms,  Situation::kKidnapped, Situation::kFarTag,    Situation::kJitter,
+    Situation::kBursts,    Situation::kTwin,      Situation::kTwinApart, Situation::kGantry};
 
 class Situations : public testing::TestWithParam<Situation> {};
 
@@ -45,6 +45,8 @@ void ExpectHonest(Situation situation, unsigned seed) {
   // Jitter that moves a calm body by less than a frame's noise tells of itself only over seconds.
   EXPECT_LT(lagged.nees, situation == Situation::kJitter ? 5.0 : 2.0);
   EXPECT_GT(lagged.nees, 0.2);
+  // A push within a twentieth of a second is, for a frame, beyond all that anybody could expect.
+  EXPECT_LT(current.nees, situation == Situation::kHit ? 60.0 : 2.0);
   EXPECT_LT(current.beyond, 0.03);
   EXPECT_LT(lagged.beyond, 0.03);
 }

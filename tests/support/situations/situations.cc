@@ -37,6 +37,34 @@ Path Trapezoid(Rng* rng) {
   };
 }
 
+// To and fro: rest, a ramp, a cruise, a ramp, rest.
+Path Gantry(Rng* rng) {
+  const double acceleration = Draw(rng, 1, 4), ramp_s = Draw(rng, 0.1, 0.3),
+               cruise_s = Draw(rng, 0.2, 0.6), rest_s = Draw(rng, 0.2, 0.6),
+               leg_s = rest_s + 2 * ramp_s + cruise_s;
+  return [=](double t) {
+    const double leg = std::floor(t / leg_s), speed = acceleration * ramp_s;
+    const double u = std::clamp(t - leg_s * leg - rest_s, 0.0, 2 * ramp_s + cruise_s);
+    const double up = std::min(u, ramp_s), flat = std::clamp(u - ramp_s, 0.0, cruise_s),
+                 down = std::max(0.0, u - ramp_s - cruise_s);
+    const double x =
+        0.5 * acceleration * up * up + speed * (flat + down) - 0.5 * acceleration * down * down;
+    const double whole = speed * (ramp_s + cruise_s);
+    return static_cast<int>(leg) % 2 == 0 ? x : whole - x;
+  };
+}
+
+// Sticks for a while, then slips within some hundredths of a second.
+Path StickSlip(Rng* rng) {
+  const double stick_s = Draw(rng, 0.2, 0.8), slip_m = Draw(rng, 2e-3, 10e-3),
+               slip_s = Draw(rng, 0.03, 0.1);
+  return [=](double t) {
+    const double slips = std::floor(t / stick_s), u = t - stick_s * slips;
+    const double part = 0.5 - 0.5 * std::cos(0.5 * kPi2 * std::min(1.0, u / slip_s));
+    return slip_m * (slips + part);
+  };
+}
+
 Path PathOf(Situation situation, Rng* rng) {
   const double a = Draw(rng, 0.1, 0.2), f = Draw(rng, 0.15, 0.4), start = Draw(rng, 5, 9);
   const Path sway = [=](double t) { return a * std::sin(kPi2 * f * t); };
@@ -49,6 +77,10 @@ Path PathOf(Situation situation, Rng* rng) {
       return [=](double t) { return Step((t - start) / 1.5) * (0.1 + sway(t - start)); };
     case Situation::kTrapezoid:
       return Trapezoid(rng);
+    case Situation::kGantry:
+      return Gantry(rng);
+    case Situation::kStickSlip:
+      return StickSlip(rng);
     case Situation::kStopAndGo:
       return [=](double t) {
         const double u = std::fmod(t, 2 * stop_s) - stop_s;
@@ -123,8 +155,17 @@ BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t) {
 std::string NameOf(Situation situation) {
   const char* const names[] = {"smooth",  "rest",      "take-off", "trapezoid", "stop and go",
                                "hit",     "vibration", "gaps",     "phantoms",  "kidnapped",
-                               "far tag", "jitter",    "bursts",   "twin",      "twin apart"};
+                               "far tag", "jitter",    "bursts",   "twin",      "twin apart",
+                               "gantry",  "stick-slip"};
   return names[static_cast<size_t>(situation)];
+}
+
+std::vector<Situation> AllSituations() {
+  std::vector<Situation> out;
+  for (int i = 0; i <= static_cast<int>(Situation::kStickSlip); ++i) {
+    out.push_back(static_cast<Situation>(i));
+  }
+  return out;
 }
 
 SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) {
@@ -199,11 +240,13 @@ SituationScore Judge(const SituationDraw& draw, const std::vector<FrameEstimate>
     out.nees += e.dot(p.llt().solve(e)) / 12;
     out.beyond += IsBeyondFiveSigma(draw.truth[i], frames[i]) ? 1 : 0;
     out.position_rms_m += e.segment<3>(3).squaredNorm();
+    out.velocity_rms_mps += e.segment<3>(6).squaredNorm();
   }
   const auto n = static_cast<double>(out.frames);
   out.nees /= n;
   out.beyond /= n;
   out.position_rms_m = std::sqrt(out.position_rms_m / n);
+  out.velocity_rms_mps = std::sqrt(out.velocity_rms_mps / n);
   return out;
 }
 

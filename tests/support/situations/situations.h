@@ -28,7 +28,10 @@ enum class Situation {
   kBursts,     // stamps of a host that takes two frames at a time
   kTwin,       // two tags, one of which has a twin elsewhere, all in view
   kTwinApart,  // the same, but never both of the twins; for a while the wrong one alone
+  kGantry,     // ramps of 1 to 4 m/s^2 between rest and a cruise, nearly all of the time
+  kStickSlip,  // sticks, and slips on by some millimetres within tens of milliseconds
 };
+std::vector<Situation> AllSituations();
 std::string NameOf(Situation situation);
 
 /// A draw of it, 16 s long: the truth at each frame and what is seen, corners with Gaussian noise.
@@ -49,7 +52,7 @@ struct SituationScore {
   size_t without = 0;  // frames with two tags or more that have none
   double nees = 0;     // per degree of freedom
   double beyond = 0;   // share of frames beyond 5 sigma in attitude, position, velocity or rate
-  double position_rms_m = 0;
+  double position_rms_m = 0, velocity_rms_mps = 0;
 };
 /// Of attitude, position, velocity or rate.
 bool IsBeyondFiveSigma(const BodyState& truth, const FrameEstimate& frame);
