@@ -9,10 +9,14 @@ MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
   return out;
 }
 
+MotionParts LearnedParts(const EstimatorOptions& options) {
+  return {!options.accel_psd && !options.jerk_psd,
+          !options.angular_accel_psd && !options.angular_jerk_psd};
+}
+
 MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& options) {
-  const bool linear_given = options.accel_psd || options.jerk_psd,
-             angular_given = options.angular_accel_psd || options.angular_jerk_psd;
-  return {!linear_given && history.LinearVaries(), !angular_given && history.AngularVaries()};
+  const MotionParts learned = LearnedParts(options);
+  return {learned.linear && history.LinearVaries(), learned.angular && history.AngularVaries()};
 }
 
 void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const MotionParts& varying,

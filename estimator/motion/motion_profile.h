@@ -14,7 +14,9 @@ MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
 struct MotionParts {
   bool linear = false, angular = false;
 };
-/// Those of which the history says so; a part whose density the options give keeps that.
+/// Those whose density the options do not give.
+MotionParts LearnedParts(const EstimatorOptions& options);
+/// Those of them of which the history says so.
 MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& options);
 
 /// Gives every frame of the history the scale of its motion, in multiples of the noise's densities:

@@ -157,11 +157,19 @@ FrameEstimate FixedLagSmoother::EstimateOfUnseen(int state, const Unseen& unseen
 // independent from entry to entry: far from the tags, position and attitude hang together, and
 // scaled ones would make up a combination that is surely wrong.
 StateVector FixedLagSmoother::ExcessVariances(const WindowHypothesis& hypothesis) const {
-  const MotionParts varying = VaryingParts(hypothesis.motion, setup_.options);
+  const MotionParts learned = LearnedParts(setup_.options),
+                    varying = VaryingParts(hypothesis.motion, setup_.options);
+  const MotionHistory::Shares open = hypothesis.motion.ShareOfBank();
+  const double linear = varying.linear   ? 1
+                        : learned.linear ? open.linear
+                                         : 0,
+               angular = varying.angular   ? 1
+                         : learned.angular ? open.angular
+                                           : 0;
   StateVector out = hypothesis.motion.banks().ExcessVariances();
-  const auto share = hypothesis.motion.ShareOfBank();
-  if (!varying.linear) out.segment<6>(3) *= share.linear;
-  if (!varying.angular) out.head<3>() *= share.angular, out.tail<3>() *= share.angular;
+  out.segment<6>(3) *= linear;
+  out.head<3>() *= angular;
+  out.tail<3>() *= angular;
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "estimator/batch/batch.h"
 #include "tests/support/flights/exact_model.h"
@@ -56,6 +57,27 @@ TEST_P(Situations, TheWindowIsNeverSurelyWrong) { ExpectHonest(GetParam(), 1); }
 // More draws of the same, in release alone: one of each kind is enough for a sanitizer.
 TEST_P(Situations, SlowTheWindowIsNeverSurelyWrongInOtherDraws) {
   for (const unsigned seed : {2U, 3U, 4U, 5U}) ExpectHonest(GetParam(), seed);
+}
+
+// Of the velocity at arrival, over frames after the first hundred: the largest variance, in units
+// of the median one.
+double LargestVariance(const SituationDraw& draw) {
+  std::vector<double> variances;
+  const WindowRun run = RunWindow(draw.setup, draw.measurements);
+  for (size_t k = 100; k < run.current.size(); ++k) {
+    variances.push_back(run.current[k].covariance.diagonal().segment<3>(6).sum());
+  }
+  std::sort(variances.begin(), variances.end());
+  return variances.back() / variances[variances.size() / 2];
+}
+
+TEST(GivenDensities, LeaveNothingOpenWhereTheBodyIsPushed) {
+  SituationDraw draw = DrawSituation(Situation::kHit, 2);
+  draw.measurements.resize(300);
+  EXPECT_GT(LargestVariance(draw), 5);
+  draw.setup.options.jerk_psd = 30;
+  draw.setup.options.angular_jerk_psd = 30;
+  EXPECT_LT(LargestVariance(draw), 1.5);
 }
 
 // In one frame or never: a tag whose id another has says nothing, in batch as in the window.
