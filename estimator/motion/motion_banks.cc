@@ -101,6 +101,25 @@ MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angula
   return {of_linear, of_angular};
 }
 
+namespace {
+
+// A jump may have been in the next interval as well: beside a livelier one each is as lively as the
+// geometric mean of both.
+std::vector<MotionBanks::Densities> WithNeighbours(const std::vector<MotionBanks::Densities>& in) {
+  std::vector<MotionBanks::Densities> out = in;
+  const auto raise = [&](size_t k, size_t beside) {
+    out[k].linear = std::max(out[k].linear, std::sqrt(in[k].linear * in[beside].linear));
+    out[k].angular = std::max(out[k].angular, std::sqrt(in[k].angular * in[beside].angular));
+  };
+  for (size_t k = 1; k < in.size(); ++k) {
+    raise(k - 1, k);
+    raise(k, k - 1);
+  }
+  return out;
+}
+
+}  // namespace
+
 MotionHistory::MotionHistory(const NoiseModel& noise, bool keeps_past)
     : keeps_past_(keeps_past),
       banks_(noise.linear.on, noise.angular.on),
@@ -229,7 +248,7 @@ std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
     }
   }
   if (out.size() > 1) out[0] = out[1];
-  return out;
+  return WithNeighbours(out);
 }
 
 }  // namespace tagtwist::internal

@@ -80,6 +80,23 @@ TEST(GivenDensities, LeaveNothingOpenWhereTheBodyIsPushed) {
   EXPECT_LT(LargestVariance(draw), 1.5);
 }
 
+// A jump of the acceleration, and one of the body, is in its interval and makes no other lively.
+TEST(BatchJumps, SlowAreInTheirIntervals) {
+  for (const Situation situation :
+       {Situation::kTrapezoid, Situation::kGantry, Situation::kHit, Situation::kKidnapped}) {
+    SituationDraw draw = DrawSituation(situation, 2);
+    draw.measurements.resize(300);
+    const auto estimate = RunBatch(SetUpOf(draw.setup), {}, draw.measurements);
+    ASSERT_TRUE(estimate) << estimate.error().message;
+    const SituationScore score = Judge(draw, estimate->frames);
+    SCOPED_TRACE(NameOf(situation) + ": " + Text(score) + ", " +
+                 std::to_string(score.velocity_rms_mps) + " m/s");
+    EXPECT_GT(score.nees, 0.5);
+    EXPECT_LT(score.nees, 2.5);
+    EXPECT_LT(score.beyond, 0.01);
+  }
+}
+
 // In one frame or never: a tag whose id another has says nothing, in batch as in the window.
 void ExpectTwinsLeftOutOfBatch(Situation situation, unsigned seed, double rate_hz = 30,
                                size_t most_frames = 1000) {
