@@ -191,19 +191,16 @@ PartLikelihoods MotionHistory::Likelihoods(MotionBanks bank) const {
   return out;
 }
 
-// The frames from `first` on, until `past` ends: what is known of each from its past is there.
-void MotionHistory::TellBackwards(size_t first, const std::vector<MotionBanks::Prediction>& past,
+// One frame further back: its density, where `past` tells what is known of it from before.
+void MotionHistory::TellBackwards(size_t k, const MotionBanks::Prediction& past,
                                   MotionBanks* backwards,
                                   std::vector<MotionBanks::Densities>* out) const {
-  for (size_t i = past.size(); i-- > 0;) {
-    const size_t k = first + i;
-    if (frames_[k].pose) {
-      backwards->Predict(frames_[k].t_ns);
-      backwards->Measure(*frames_[k].pose);
-      if (!past[i].linear.empty()) (*out)[k] = backwards->DensitiesAfter(past[i]);
-    } else if (k + 1 < frames_.size()) {
-      (*out)[k] = (*out)[k + 1];
-    }
+  if (frames_[k].pose) {
+    backwards->Predict(frames_[k].t_ns);
+    backwards->Measure(*frames_[k].pose);
+    if (!past.linear.empty()) (*out)[k] = backwards->DensitiesAfter(past);
+  } else if (k + 1 < frames_.size()) {
+    (*out)[k] = (*out)[k + 1];
   }
 }
 
@@ -227,9 +224,9 @@ std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
   MotionBanks backwards = fresh_;
   backwards.SetWeights(banks_.weights());  // the future goes on as the present is
   if (keeps_past_) {
-    std::vector<MotionBanks::Prediction> past;
-    for (const Frame& frame : frames_) past.push_back(frame.past);
-    TellBackwards(0, past, &backwards, &out);
+    for (size_t k = frames_.size(); k-- > 0;) {
+      TellBackwards(k, frames_[k].past, &backwards, &out);
+    }
   } else {
     // All that is known from the past at each of many frames is a lot to hold: it is made again,
     // stretch by stretch.
@@ -243,7 +240,9 @@ std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
     for (size_t i = before.size(); i-- > 0;) {
       const size_t first = i * kStretch;
       const auto past = PastOf(first, std::min(first + kStretch, frames_.size()), &before[i]);
-      TellBackwards(first, past, &backwards, &out);
+      for (size_t j = past.size(); j-- > 0;) {
+        TellBackwards(first + j, past[j], &backwards, &out);
+      }
       before.pop_back();
     }
   }

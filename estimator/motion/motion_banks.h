@@ -127,8 +127,8 @@ class MotionHistory {
   };
 
   std::vector<MotionBanks::Prediction> PastOf(size_t first, size_t end, MotionBanks* banks) const;
-  void TellBackwards(size_t first, const std::vector<MotionBanks::Prediction>& past,
-                     MotionBanks* backwards, std::vector<MotionBanks::Densities>* out) const;
+  void TellBackwards(size_t k, const MotionBanks::Prediction& past, MotionBanks* backwards,
+                     std::vector<MotionBanks::Densities>* out) const;
 
   bool keeps_past_ = true;
   MotionBanks banks_, fresh_;

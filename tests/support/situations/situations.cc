@@ -21,13 +21,11 @@ double Step(double x) {
   return y * y * y * (10 - 15 * y + 6 * y * y);
 }
 
-// Bang-bang acceleration to a speed and back to rest, forth and back.
-Path Trapezoid(Rng* rng) {
-  const double ramp_s = Draw(rng, 0.2, 0.5), cruise_s = Draw(rng, 0.3, 0.8),
-               period_s = Draw(rng, 3, 5), acceleration = 0.3 / (ramp_s * (ramp_s + cruise_s));
+// Bang-bang acceleration from rest to a speed and back, forth and back, a leg each period.
+Path Legs(double acceleration, double ramp_s, double cruise_s, double rest_s, double period_s) {
   return [=](double t) {
     const double leg = std::floor(t / period_s), speed = acceleration * ramp_s;
-    const double u = std::clamp(t - period_s * leg - 1, 0.0, 2 * ramp_s + cruise_s);
+    const double u = std::clamp(t - period_s * leg - rest_s, 0.0, 2 * ramp_s + cruise_s);
     const double up = std::min(u, ramp_s), flat = std::clamp(u - ramp_s, 0.0, cruise_s),
                  down = std::max(0.0, u - ramp_s - cruise_s);
     const double x = 0.5 * acceleration * up * up + speed * flat + speed * down -
@@ -37,21 +35,16 @@ Path Trapezoid(Rng* rng) {
   };
 }
 
-// To and fro: rest, a ramp, a cruise, a ramp, rest.
+Path Trapezoid(Rng* rng) {
+  const double ramp_s = Draw(rng, 0.2, 0.5), cruise_s = Draw(rng, 0.3, 0.8),
+               period_s = Draw(rng, 3, 5);
+  return Legs(0.3 / (ramp_s * (ramp_s + cruise_s)), ramp_s, cruise_s, 1, period_s);
+}
+
 Path Gantry(Rng* rng) {
   const double acceleration = Draw(rng, 1, 4), ramp_s = Draw(rng, 0.1, 0.3),
-               cruise_s = Draw(rng, 0.2, 0.6), rest_s = Draw(rng, 0.2, 0.6),
-               leg_s = rest_s + 2 * ramp_s + cruise_s;
-  return [=](double t) {
-    const double leg = std::floor(t / leg_s), speed = acceleration * ramp_s;
-    const double u = std::clamp(t - leg_s * leg - rest_s, 0.0, 2 * ramp_s + cruise_s);
-    const double up = std::min(u, ramp_s), flat = std::clamp(u - ramp_s, 0.0, cruise_s),
-                 down = std::max(0.0, u - ramp_s - cruise_s);
-    const double x =
-        0.5 * acceleration * up * up + speed * (flat + down) - 0.5 * acceleration * down * down;
-    const double whole = speed * (ramp_s + cruise_s);
-    return static_cast<int>(leg) % 2 == 0 ? x : whole - x;
-  };
+               cruise_s = Draw(rng, 0.2, 0.6), rest_s = Draw(rng, 0.2, 0.6);
+  return Legs(acceleration, ramp_s, cruise_s, rest_s, rest_s + 2 * ramp_s + cruise_s);
 }
 
 // Sticks for a while, then slips within some hundredths of a second.
