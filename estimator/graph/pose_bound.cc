@@ -34,10 +34,11 @@ std::optional<PoseCovariance> InverseInformation(const PoseCovariance& informati
   return PoseCovariance(half * half.transpose());
 }
 
-std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corner_sigma_px,
-                                        const Pose& world_from_body,
-                                        const std::vector<TagDetection>& tags) {
-  PoseCovariance information = PoseCovariance::Zero();
+std::optional<PoseInformation> InformationOfTags(const EstimatorSetup& setup,
+                                                 double corner_sigma_px,
+                                                 const Pose& world_from_body,
+                                                 const std::vector<TagDetection>& tags) {
+  PoseInformation out;
   Eigen::Matrix<double, 8, 1> residual;
   Eigen::Matrix<double, 8, 6> whitened;
   for (const TagDetection& tag : tags) {
@@ -46,9 +47,17 @@ std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corn
                                 CornerCovariance(setup, tag, corner_sigma_px)},
                                seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
     if (!cost.Linearize(world_from_body.params.data(), &residual, &whitened)) return std::nullopt;
-    information += whitened.transpose().lazyProduct(whitened);
+    out.information += whitened.transpose().lazyProduct(whitened);
+    out.score -= whitened.transpose().lazyProduct(residual);
   }
-  return InverseInformation(information);
+  return out;
+}
+
+std::optional<PoseCovariance> PoseBound(const EstimatorSetup& setup, double corner_sigma_px,
+                                        const Pose& world_from_body,
+                                        const std::vector<TagDetection>& tags) {
+  const auto told = InformationOfTags(setup, corner_sigma_px, world_from_body, tags);
+  return told ? InverseInformation(told->information) : std::nullopt;
 }
 
 }  // namespace tagtwist::internal

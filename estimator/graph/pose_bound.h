@@ -9,6 +9,18 @@
 
 namespace tagtwist::internal {
 
+/// What the tags of a frame say of its pose, to first order about a given one: J' R^-1 J and
+/// -J' R^-1 r, summed over the tags.
+struct PoseInformation {
+  PoseCovariance information = PoseCovariance::Zero();
+  PoseStep score = PoseStep::Zero();  // where they would have the pose, times the information
+};
+/// nullopt where a corner lies behind the camera.
+std::optional<PoseInformation> InformationOfTags(const EstimatorSetup& setup,
+                                                 double corner_sigma_px,
+                                                 const Pose& world_from_body,
+                                                 const std::vector<TagDetection>& tags);
+
 /// Cramér-Rao bound of a pose from the tags of its own frame and nothing else: no unbiased
 /// estimator has a smaller covariance. (sum J' R^-1 J)^-1 over the tags, J the derivative of a
 /// tag's pixels by the pose at world_from_body, R the covariance of its corners at this noise.

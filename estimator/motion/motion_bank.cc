@@ -19,8 +19,8 @@ void Normalise(std::vector<double>* weights) {
 }
 
 // Blocks of a covariance: those of the upper triangle, in this order.
-enum Block { kXx, kXv, kXa, kVv, kVa, kAa };
-constexpr Block kBlocks[3][3] = {{kXx, kXv, kXa}, {kXv, kVv, kVa}, {kXa, kVa, kAa}};
+enum Entry { kXx, kXv, kXa, kVv, kVa, kAa };
+constexpr Entry kBlocks[3][3] = {{kXx, kXv, kXa}, {kXv, kVv, kVa}, {kXa, kVa, kAa}};
 
 using Blocks = MotionBank::Filter;
 
@@ -32,11 +32,11 @@ Eigen::Map<const Eigen::Vector3d> Mean(const Blocks& filter, int i) {
   return Eigen::Map<const Eigen::Vector3d>(filter.data() + 3 * i);
 }
 
-Eigen::Map<Eigen::Matrix3d> Part(Blocks* filter, Block block) {
+Eigen::Map<Eigen::Matrix3d> Part(Blocks* filter, Entry block) {
   return Eigen::Map<Eigen::Matrix3d>(filter->data() + 9 + 9 * block);
 }
 
-Eigen::Map<const Eigen::Matrix3d> Part(const Blocks& filter, Block block) {
+Eigen::Map<const Eigen::Matrix3d> Part(const Blocks& filter, Entry block) {
   return Eigen::Map<const Eigen::Matrix3d>(filter.data() + 9 + 9 * block);
 }
 
@@ -101,7 +101,7 @@ double Update(const Eigen::Vector3d& x, const Eigen::Matrix3d& covariance, Block
   for (int i = 0; i < 3; ++i) {
     Part(filter, kBlocks[0][i]).noalias() = covariance.lazyProduct(gain[i].transpose());
   }
-  for (const Block block : {kXx, kVv, kAa}) {
+  for (const Entry block : {kXx, kVv, kAa}) {
     auto square = Part(filter, block);
     square = (0.5 * (square + square.transpose())).eval();
   }
@@ -253,13 +253,13 @@ MotionBank::Covariance MotionBank::CovarianceOf(const Filter& filter) {
 void MotionBank::TurnTime(const Eigen::Vector3d& origin, Filter* filter) {
   tagtwist::internal::Mean(filter, 0) += origin;
   tagtwist::internal::Mean(filter, 1) *= -1;
-  for (const Block block : {kXv, kVa}) Part(filter, block) *= -1;
+  for (const Entry block : {kXv, kVa}) Part(filter, block) *= -1;
 }
 
 std::vector<MotionBank::Class> MotionBank::Classes(double least_weight) const {
   std::vector<Class> out;
   for (size_t i = 0; i < filters_.size(); ++i) {
-    if (weights_[i] >= least_weight) out.push_back({i, weights_[i], filters_[i]});
+    if (weights_[i] >= least_weight) out.push_back({i, densities_[i], weights_[i], filters_[i]});
   }
   return out;
 }
@@ -287,7 +287,7 @@ void MotionBank::TurnOrigin(const Eigen::Matrix3d& rotation) {
   for (Filter& filter : filters_) {
     filter.head<3>() = (rotation * filter.head<3>()).eval();
     Part(&filter, kXx) = (rotation * Part(filter, kXx) * rotation.transpose()).eval();
-    for (const Block block : {kXv, kXa}) {
+    for (const Entry block : {kXv, kXa}) {
       Part(&filter, block) = (rotation * Part(filter, block)).eval();
     }
   }

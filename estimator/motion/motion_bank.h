@@ -57,7 +57,7 @@ class MotionBank {
   /// What a class says.
   struct Class {
     size_t index = 0;
-    double weight = 0;
+    double density = 0, weight = 0;
     Filter filter;
   };
   /// Those that have at least that weight.

@@ -179,6 +179,11 @@ void MotionHistory::Add(const EstimatorSetup& setup, const NoiseModel& noise,
   frames_.push_back(std::move(out));
 }
 
+const MotionBanks::Prediction* MotionHistory::LastPrediction() const {
+  if (frames_.empty() || frames_.back().past.linear.empty()) return nullptr;
+  return &frames_.back().past;
+}
+
 PartLikelihoods MotionHistory::Likelihoods(MotionBanks bank) const {
   PartLikelihoods out;
   for (const Frame& frame : frames_) {

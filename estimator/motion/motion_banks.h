@@ -105,6 +105,9 @@ class MotionHistory {
   bool Varies() const { return LinearVaries() || AngularVaries(); }
   /// Probabilities that the bank is right, against the likelier of the two.
   Shares ShareOfBank() const;
+  /// The classes just before the last frame was measured; nullptr where its tags were passed over,
+  /// or nothing was before it.
+  const MotionBanks::Prediction* LastPrediction() const;
   /// Log-likelihoods of the frames under a bank that knows nothing yet.
   PartLikelihoods Likelihoods(MotionBanks bank) const;
   /// The densities over the intervals that end with each frame, from the past and the future.

@@ -103,6 +103,7 @@ class FixedLagSmoother {
   void FollowMotion();
   void LetMotionVary(WindowHypothesis* hypothesis) const;
   StateVector ExcessVariances(const WindowHypothesis& hypothesis) const;
+  StateCovariance OpenAtArrival(const Block& covariance) const;
   SolveOptions StepOptions(const TimeUp& time_up = {}) const;
   Status SolveAll(const TimeUp& time_up);
   Status LearnAtFirst(const TimeUp& time_up, WindowHypothesis* hypothesis);

@@ -152,27 +152,6 @@ FrameEstimate FixedLagSmoother::EstimateOfUnseen(int state, const Unseen& unseen
   return out;
 }
 
-// How lively the motion is at the end shows later: what the bank leaves open counts as far as the
-// bank may be right. Variances that are added are
-// independent from entry to entry: far from the tags, position and attitude hang together, and
-// scaled ones would make up a combination that is surely wrong.
-StateVector FixedLagSmoother::ExcessVariances(const WindowHypothesis& hypothesis) const {
-  const MotionParts learned = LearnedParts(setup_.options),
-                    varying = VaryingParts(hypothesis.motion, setup_.options);
-  const MotionHistory::Shares open = hypothesis.motion.ShareOfBank();
-  const double linear = varying.linear   ? 1
-                        : learned.linear ? open.linear
-                                         : 0,
-               angular = varying.angular   ? 1
-                         : learned.angular ? open.angular
-                                           : 0;
-  StateVector out = hypothesis.motion.banks().ExcessVariances();
-  out.segment<6>(3) *= linear;
-  out.head<3>() *= angular;
-  out.tail<3>() *= angular;
-  return out;
-}
-
 // From a state to the nearest one with tags.
 double FixedLagSmoother::GapSeconds(const WindowHypothesis& hypothesis, int state) const {
   const std::vector<GraphFrame>& frames = hypothesis.input.frames;
@@ -206,7 +185,8 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
     out.covariance = Scaled(out.covariance, by);
   }
   if (state + 1 == static_cast<int>(seen_.size())) {  // how lively it is shows later
-    out.covariance.diagonal() += ExcessVariances(likeliest);
+    const int last = InSolution(likeliest, state);
+    out.covariance += OpenAtArrival(likeliest.solution.covariance.At(last, last));
   }
   const bool is_absurd = !(out.state.twist.v_world.norm() < kFastestMps);
   if (IsMirrorOpen() || seen_[k].is_doubted || is_absurd) out.status = FrameStatus::kNoFix;

@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <utility>
 
 #include "estimator/motion/motion_profile.h"
+#include "estimator/motion/open_motion.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/window/fixed_lag_smoother.h"
@@ -34,6 +36,26 @@ void RaiseWhatIsNotResolved(const EstimatorSetup& setup, const SolveOptions& opt
       *noise = higher;
     }
   }
+}
+
+// What the newest frame's tags say of its pose, as the last solution has it: a step keeps forms of
+// them, of which it is the minimum, and which far from where they were made say something else than
+// the tags.
+std::optional<PoseInformation> InformationOfNewest(const EstimatorSetup& setup,
+                                                   const NoiseModel& noise,
+                                                   const WindowHypothesis& hypothesis) {
+  const GraphFrame& frame = hypothesis.input.frames.back();
+  if (!hypothesis.is_step) {
+    return InformationOfTags(setup, noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
+  }
+  const Graph& graph = hypothesis.chain.graph();
+  if (graph.states.back().t_ns != frame.t_ns) return std::nullopt;
+  const PoseForm& told = hypothesis.chain.form(static_cast<int>(graph.states.size()) - 1);
+  if (told.factors.empty()) return std::nullopt;
+  const double scale = told.Scale(graph);
+  double cost = 0;
+  const PoseStep gradient = told.form.GradientAt(graph.states.back().pose, &cost);
+  return PoseInformation{scale * told.form.hessian, -scale * gradient};
 }
 
 }  // namespace
@@ -118,6 +140,48 @@ void FixedLagSmoother::LetMotionVary(WindowHypothesis* hypothesis) const {
   const MotionParts varying = VaryingParts(hypothesis->motion, setup_.options);
   if (!varying.linear && !varying.angular) return;
   TakeMotion(hypothesis->motion, noise_, varying, &hypothesis->input.frames);
+}
+
+// How lively the motion is at the end shows later: what the bank leaves open counts as far as the
+// bank may be right. Variances that are added are independent from entry to entry: far from the
+// tags, position and attitude hang together, and scaled ones would make up a combination that is
+// surely wrong.
+StateVector FixedLagSmoother::ExcessVariances(const WindowHypothesis& hypothesis) const {
+  const MotionParts learned = LearnedParts(setup_.options),
+                    varying = VaryingParts(hypothesis.motion, setup_.options);
+  const MotionHistory::Shares open = hypothesis.motion.ShareOfBank();
+  const double linear = varying.linear   ? 1
+                        : learned.linear ? open.linear
+                                         : 0,
+               angular = varying.angular   ? 1
+                         : learned.angular ? open.angular
+                                           : 0;
+  StateVector out = hypothesis.motion.banks().ExcessVariances();
+  out.segment<6>(3) *= linear;
+  out.head<3>() *= angular;
+  out.tail<3>() *= angular;
+  return out;
+}
+
+// Of the newest state, which has that covariance. Tracks say of its pose what the bank does not
+// know, and tags that the bank passes over what it would not take.
+StateCovariance FixedLagSmoother::OpenAtArrival(const Block& covariance) const {
+  const WindowHypothesis& likeliest = hypotheses_.front();
+  const GraphFrame& frame = likeliest.input.frames.back();
+  const auto* before = likeliest.motion.LastPrediction();
+  const auto tags = InformationOfNewest(setup_, noise_, likeliest);
+  if (!before || !tags || HasTracks(setup_, likeliest.input)) {
+    return ExcessVariances(likeliest).asDiagonal();
+  }
+  ArrivedState arrived{covariance, *tags, {}, {}};
+  const MotionParts learned = LearnedParts(setup_.options);
+  const auto prior = [](MotionPrior one, double scale) {
+    one.psd *= scale;
+    return one;
+  };
+  if (learned.linear) arrived.linear = prior(noise_.linear, frame.motion.linear);
+  if (learned.angular) arrived.angular = prior(noise_.angular, frame.motion.angular);
+  return OpenMotion(*before, arrived);
 }
 
 NoiseStatistics FixedLagSmoother::StatisticsOfLeaving() const {

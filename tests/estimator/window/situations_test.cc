@@ -48,6 +48,7 @@ void ExpectHonest(Situation situation, unsigned seed) {
   EXPECT_GT(lagged.nees, 0.2);
   // A push within a twentieth of a second is, for a frame, beyond all that anybody could expect.
   EXPECT_LT(current.nees, situation == Situation::kHit ? 60.0 : 2.0);
+  EXPECT_GT(current.nees, 0.4);
   EXPECT_LT(current.beyond, 0.03);
   EXPECT_LT(lagged.beyond, 0.03);
 }
