@@ -36,8 +36,8 @@ FrameMeasurements FrontEnd::Process(int64_t t_ns, const std::vector<TagDetection
 }
 
 std::vector<TrackObservation> FrontEnd::Track(const std::vector<TagDetection>& tags,
-                                              const cv::Mat& image) {
-  return impl_->tracker.Track(image, tags);
+                                              const cv::Mat& image, size_t tags_elsewhere) {
+  return impl_->tracker.Track(image, tags, tags_elsewhere);
 }
 
 ClosedForm FrontEnd::ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,

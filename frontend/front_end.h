@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -37,7 +38,9 @@ class FrontEnd {
   /// image, or a bad one): then there are no tracks and the open ones end.
   FrameMeasurements Process(int64_t t_ns, const std::vector<TagDetection>& tags,
                             const cv::Mat& image);
-  std::vector<TrackObservation> Track(const std::vector<TagDetection>& tags, const cv::Mat& image);
+  /// `tags_elsewhere`: how many other cameras of a rig see at the same time.
+  std::vector<TrackObservation> Track(const std::vector<TagDetection>& tags, const cv::Mat& image,
+                                      size_t tags_elsewhere = 0);
   ClosedForm ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,
                           const std::vector<TrackObservation>& tracks);
 

@@ -91,7 +91,8 @@ class BatchEstimator::Impl {
 };
 
 void BatchEstimator::Impl::Add(FrameMeasurements measurement) {
-  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
+  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()),
+                 measurement.cameras);
   n_tracks_.push_back(static_cast<int>(measurement.tracks.size()));
   measurement.tracks = {};
   doubled_.Add(measurement);

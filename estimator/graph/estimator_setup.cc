@@ -5,6 +5,7 @@
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/track_planes.h"
 #include "frontend/base/check.h"
+#include "frontend/types/ray.h"
 
 namespace tagtwist::internal {
 
@@ -33,6 +34,26 @@ std::vector<Camera> EstimatorSetup::Cameras() const {
   return out;
 }
 
+std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
+                                            const Pose& world_from_body,
+                                            const Pose& world_from_plane,
+                                            const Eigen::Vector2d& pixel, int camera) {
+  const MountedCamera seen_by = setup.CameraOf(camera);
+  const auto normalised = seen_by.camera.Unproject(pixel);
+  if (!normalised) return std::nullopt;
+  const Pose plane_from_map = Inverse(world_from_plane);
+  const Pose plane_from_cam =
+      seen_by.mounted_on == MountedOn::kBody
+          ? plane_from_map * world_from_body * Inverse(seen_by.cam_from_body)
+          : plane_from_map * Inverse(seen_by.CamFromMap(world_from_body));
+  const Ray ray{plane_from_cam.translation(),
+                plane_from_cam.rotation() * normalised->homogeneous()};
+  const double depth = DistanceToPlane(ray, Eigen::Vector3d::UnitZ(), 0);
+  constexpr double kMaxDepthM = 100;  // farther is a grazing view: no use, and badly conditioned
+  if (!(depth > 0.01 && depth < kMaxDepthM)) return std::nullopt;
+  return ray.At(depth).head<2>();
+}
+
 bool EstimatorSetup::HasRollingShutter() const {
   return line_time_s != 0 || std::any_of(others.begin(), others.end(), [](const RigCamera& other) {
            return other.line_time_s != 0;
@@ -51,7 +72,7 @@ EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& o
   out.map = set_up.map;
   out.options = options;
   for (const RigCamera& one : set_up.rig.cameras) out.camera_names.push_back(one.name);
-  if (out.HasRollingShutter() || !set_up.rig.IsOneOnTheBody()) out.options.use_tracks = false;
+  if (out.HasRollingShutter() || out.mounted_on != MountedOn::kBody) out.options.use_tracks = false;
   if (out.n_cameras() > 1) out.options.clock = ClockChoice::kStamps;
   out.planes = FindTrackPlanes(set_up.map);
   return out;

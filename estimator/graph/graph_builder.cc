@@ -112,13 +112,14 @@ Factor MotionFactor(const Graph& graph, int k, const NoiseModel& noise) {
   return factor;
 }
 
-// The plane of the map that a pixel shows; the only one is not asked.
+// The plane of the map that a camera's pixel shows; the only one is not asked.
 const TrackPlane* PlaneSeenAt(const EstimatorSetup& setup, const Pose& world_from_body,
-                              const Eigen::Vector2d& pixel) {
+                              const Eigen::Vector2d& pixel, int camera) {
   if (setup.planes.size() == 1) return &setup.planes.front();
-  const auto ray = setup.camera.Unproject(pixel);
+  const MountedCamera seen_by = setup.CameraOf(camera);
+  const auto ray = seen_by.camera.Unproject(pixel);
   if (!ray) return nullptr;
-  const Pose world_from_cam = world_from_body * Inverse(setup.cam_from_body);
+  const Pose world_from_cam = world_from_body * Inverse(seen_by.cam_from_body);
   const auto plane = PlaneOfRay(
       setup.planes, {world_from_cam.translation(), world_from_cam.rotation() * ray->homogeneous()});
   return plane ? &setup.planes[*plane] : nullptr;
@@ -131,8 +132,9 @@ std::optional<Eigen::Vector2d> PointOfSegment(const EstimatorSetup& setup, const
                                               const TrackPlane& plane) {
   std::vector<double> x, y;
   for (size_t k = 0; k < segment.pixels.size(); ++k) {
-    const Pose& pose = graph.states[static_cast<size_t>(first_state) + k].pose;
-    const auto point = PointOnPlane(setup, pose, plane.world_from_plane, segment.pixels[k]);
+    const Pose& pose = graph.states[static_cast<size_t>(first_state + segment.FramesAfter(k))].pose;
+    const auto point =
+        PointOnPlane(setup, pose, plane.world_from_plane, segment.pixels[k], segment.camera);
     if (!point) return std::nullopt;
     x.push_back(point->x());
     y.push_back(point->y());
@@ -158,21 +160,23 @@ void AddTracks(const EstimatorSetup& setup, double sigma_px, const GraphInput& i
     const TrackSegment& segment = input.segments[s];
     if (!IsWithin(input, segment)) continue;
     const int first = segment.first_frame - input.first_frame;
-    const TrackPlane* plane =
-        PlaneSeenAt(setup, graph->states[static_cast<size_t>(first)].pose, segment.pixels.front());
+    const TrackPlane* plane = PlaneSeenAt(setup, graph->states[static_cast<size_t>(first)].pose,
+                                          segment.pixels.front(), segment.camera);
     if (plane == nullptr) continue;
     const auto point = PointOfSegment(setup, *graph, first, segment, *plane);
     if (!point) continue;
     const BlockRef point_ref{BlockRef::Kind::kPoint, static_cast<int>(graph->points.size())};
     graph->points.push_back(*point);
+    const MountedCamera seen_by = setup.CameraOf(segment.camera);
     for (size_t k = 0; k < segment.pixels.size(); ++k) {
       Factor factor;
       factor.kind = FactorKind::kTrack;
-      factor.blocks = {PoseOf(first + static_cast<int>(k)), point_ref};
+      factor.blocks = {PoseOf(first + segment.FramesAfter(k)), point_ref};
       factor.huber_delta = HuberDelta(setup.options.robust_scale, 2);
       factor.source = static_cast<int>(s);
-      factor.cost = std::make_shared<TrackResidual>(
-          segment.pixels[k], sigma_px, plane->world_from_plane, setup.camera, setup.cam_from_body);
+      factor.cost =
+          std::make_shared<TrackResidual>(segment.pixels[k], sigma_px, plane->world_from_plane,
+                                          seen_by.camera, seen_by.cam_from_body);
       graph->factors.push_back(std::move(factor));
     }
   }
@@ -268,26 +272,6 @@ Eigen::Matrix<double, 8, 8> CornerCovariance(const EstimatorSetup& setup, const 
   const Eigen::Matrix<double, 8, 8> other =
       sigma_px * sigma_px * Eigen::Matrix<double, 8, 8>::Identity();
   return HasOwnCovariance(setup, tag) ? *tag.covariance + other : other;
-}
-
-std::optional<Eigen::Vector2d> PointOnPlane(const EstimatorSetup& setup,
-                                            const Pose& world_from_body,
-                                            const Pose& world_from_plane,
-                                            const Eigen::Vector2d& pixel, int camera) {
-  const MountedCamera seen_by = setup.CameraOf(camera);
-  const auto normalised = seen_by.camera.Unproject(pixel);
-  if (!normalised) return std::nullopt;
-  const Pose plane_from_map = Inverse(world_from_plane);
-  const Pose plane_from_cam =
-      seen_by.mounted_on == MountedOn::kBody
-          ? plane_from_map * world_from_body * Inverse(seen_by.cam_from_body)
-          : plane_from_map * Inverse(seen_by.CamFromMap(world_from_body));
-  const Ray ray{plane_from_cam.translation(),
-                plane_from_cam.rotation() * normalised->homogeneous()};
-  const double depth = DistanceToPlane(ray, Eigen::Vector3d::UnitZ(), 0);
-  constexpr double kMaxDepthM = 100;  // farther is a grazing view: no use, and badly conditioned
-  if (!(depth > 0.01 && depth < kMaxDepthM)) return std::nullopt;
-  return ray.At(depth).head<2>();
 }
 
 void TakeStates(const Graph& graph, std::vector<GraphFrame>* frames) {

@@ -54,8 +54,8 @@ struct EstimatorSetup {
 };
 
 /// Finds the map's planes. Under a rolling shutter it is without tracks: nothing tells in which row
-/// their points were; so it is with several cameras, whose frames' stamps are also taken as they
-/// are.
+/// their points were; so it is with cameras that stand. Of several cameras the frames' stamps are
+/// taken as they are.
 EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& options);
 
 /// One frame as the graph takes it.

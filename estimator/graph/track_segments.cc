@@ -42,10 +42,28 @@ TrackTally TallyOf(const std::vector<TrackSegment>& segments) {
   return out;
 }
 
-void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags) {
+void TrackSegment::AddView(int frame, const Eigen::Vector2d& pixel) {
+  const int after = frame - first_frame, next = static_cast<int>(pixels.size());
+  if (after != next && frames_after.empty()) {
+    for (int i = 0; i < next; ++i) frames_after.push_back(i);
+  }
+  if (after != next || !frames_after.empty()) frames_after.push_back(after);
+  pixels.push_back(pixel);
+}
+
+void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags,
+                         const std::vector<int>& cameras) {
   const int frame = next_frame_++;
+  // A view of a camera that has no image now may still be gone on with, as long as pieces are.
+  const auto stays = [&](int camera, int first_frame) {
+    return !cameras.empty() && frame - first_frame < options_.segment_frames - 1 &&
+           std::find(cameras.begin(), cameras.end(), camera) == cameras.end();
+  };
   const int budget = options_.max_tracks_per_frame - kTracksPerTag * n_tags;
   std::map<int64_t, size_t> still_open;
+  for (const auto& [id, s] : open_) {
+    if (stays(segments_[s].camera, segments_[s].first_frame)) still_open.emplace(id, s);
+  }
   std::vector<const TrackObservation*> fresh;
   int n_used = 0;
   for (const TrackObservation& track : tracks) {
@@ -56,10 +74,10 @@ void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags
       continue;
     }
     TrackSegment& segment = segments_[it->second];
-    segment.pixels.push_back(track.pixel);
+    segment.AddView(frame, track.pixel);
     ++n_used;
     // A full one ends here; its track may begin another in the next frame.
-    if (static_cast<int>(segment.pixels.size()) < SegmentLimit(segment, options_.segment_frames)) {
+    if (frame - segment.first_frame + 1 < SegmentLimit(segment, options_.segment_frames)) {
       still_open.insert(*it);
     }
   }
@@ -67,28 +85,40 @@ void TrackSegmenter::Add(const std::vector<TrackObservation>& tracks, int n_tags
   std::sort(fresh.begin(), fresh.end(), [](const auto* a, const auto* b) {
     return Scatter(a->track_id) < Scatter(b->track_id);
   });
-  std::map<int64_t, Eigen::Vector2d> unused;
+  std::map<int64_t, View> unused;
+  for (const auto& [id, view] : unused_) {
+    if (stays(view.camera, view.frame)) unused.emplace(id, view);
+  }
   for (const TrackObservation* track : fresh) {
     if (n_used < budget) {
       Begin(*track, frame);
       ++n_used;
     } else {
-      unused.emplace(track->track_id, track->pixel);
+      unused[track->track_id] = {frame, track->camera, track->pixel};
     }
   }
   unused_ = std::move(unused);
+  if (cameras.empty()) last_frames_[0] = frame;
+  for (const int camera : cameras) last_frames_[camera] = frame;
 }
 
 void TrackSegmenter::Begin(const TrackObservation& track, int frame) {
-  const auto before = unused_.find(track.track_id);
-  open_.emplace(track.track_id, segments_.size());
-  if (before != unused_.end()) {
-    segments_.push_back({track.track_id, frame - 1, {before->second, track.pixel}});
-  } else if (track.pixel_before) {
-    segments_.push_back({track.track_id, frame - 1, {*track.pixel_before, track.pixel}});
-  } else {
-    segments_.push_back({track.track_id, frame, {track.pixel}});
+  std::optional<View> before;
+  if (const auto unused = unused_.find(track.track_id); unused != unused_.end()) {
+    before = unused->second;
+  } else if (const auto last = last_frames_.find(track.camera);
+             track.pixel_before && last != last_frames_.end() &&
+             frame - last->second < options_.segment_frames) {
+    before = View{last->second, track.camera, *track.pixel_before};
   }
+  TrackSegment segment;
+  segment.track_id = track.track_id;
+  segment.camera = track.camera;
+  segment.first_frame = before ? before->frame : frame;
+  if (before) segment.AddView(before->frame, before->pixel);
+  segment.AddView(frame, track.pixel);
+  open_.emplace(track.track_id, segments_.size());
+  segments_.push_back(std::move(segment));
 }
 
 void TrackSegmenter::Reject(const std::vector<bool>& rejected) {
@@ -97,6 +127,7 @@ void TrackSegmenter::Reject(const std::vector<bool>& rejected) {
     ++tally_.used;
     ++tally_.contradicted;
     segments_[i].pixels.clear();
+    segments_[i].frames_after.clear();
     const auto it = open_.find(segments_[i].track_id);
     if (it != open_.end() && it->second == i) open_.erase(it);
   }

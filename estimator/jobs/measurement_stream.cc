@@ -63,13 +63,6 @@ Result<std::optional<Frame>> NextFrame(DataSource* source, const Rig& rig, SpanO
   return frame;
 }
 
-void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
-  times->detect_ms.push_back(frame.detect_ms);
-  times->track_ms.push_back(frame.track_ms);
-  times->seed_ms.push_back(frame.seed_ms);
-  times->frame_ms.push_back(frame.detect_ms + frame.track_ms + frame.seed_ms);
-}
-
 size_t FramesPerPiece(const Config& config, DetectionMode detection) {
   return IsSwept(config, detection) ? TagSweep::PieceLength(config.set_up.rig) : 1;
 }
@@ -246,6 +239,7 @@ DetectedFrame MeasurementStream::TakeSeenOf(size_t body, SearchedFrame* searched
   const Config& config = shared_->config;
   DetectedFrame out;
   out.t_ns = searched->frame.t_ns;
+  out.camera = searched->frame.camera;
   // Tracks are of what stands: of a camera that moves, about the tags that stand.
   if (config.set_up.rig.mounted_on == MountedOn::kBody && body == 0) {
     out.image = searched->frame.image;
@@ -264,7 +258,7 @@ DetectedFrame MeasurementStream::TakeSeenOf(size_t body, SearchedFrame* searched
   return out;
 }
 
-MeasuredFrame MeasurementStream::Measure(SearchedFrame* searched) {
+MeasuredFrame MeasurementStream::Measure(SearchedFrame* searched, size_t tags_elsewhere) {
   const Frame& frame = searched->frame;
   const auto camera = static_cast<size_t>(frame.camera);
   MeasuredFrame out;
@@ -279,7 +273,9 @@ MeasuredFrame MeasurementStream::Measure(SearchedFrame* searched) {
     (stage == FrameStage::kTrack ? out.track_ms : out.seed_ms) += watch.ElapsedMs();
     watch = Stopwatch();
   };
-  out.measurements = MeasureFrame(TakeSeenOf(0, searched), options, &front_ends_[0][camera]);
+  DetectedFrame seen = TakeSeenOf(0, searched);
+  seen.tags_elsewhere = tags_elsewhere;
+  out.measurements = MeasureFrame(std::move(seen), options, front_ends_.data());
   for (size_t body = 1; body < front_ends_.size(); ++body) {
     out.of_others.push_back(
         MeasureFrame(TakeSeenOf(body, searched), options, &front_ends_[body][camera]));
@@ -291,9 +287,11 @@ Result<std::optional<MeasuredFrame>> MeasurementStream::Next() {
   auto next = NextDetected();
   if (!next) return next.error();
   if (!*next) return std::optional<MeasuredFrame>();
-  MeasuredFrame out = Measure(&**next);
-  for (SearchedFrame& other : (*next)->others) Merge(Measure(&other), &out);
-  if (front_ends_.front().size() > 1) out.measurements.tracks.clear();  // ids are of each camera
+  size_t n_tags = (*next)->tags.size();
+  for (const SearchedFrame& other : (*next)->others) n_tags += other.tags.size();
+  const auto elsewhere = [n_tags](const SearchedFrame& one) { return n_tags - one.tags.size(); };
+  MeasuredFrame out = Measure(&**next, elsewhere(**next));
+  for (SearchedFrame& other : (*next)->others) Merge(Measure(&other, elsewhere(other)), &out);
   return std::optional<MeasuredFrame>(std::move(out));
 }
 

@@ -42,7 +42,12 @@ struct SearchedFrame {
 };
 
 /// The times of that frame's stages, and so far of the frame.
-void AddStageTimes(const MeasuredFrame& frame, StageTimes* times);
+inline void AddStageTimes(const MeasuredFrame& frame, StageTimes* times) {
+  times->detect_ms.push_back(frame.detect_ms);
+  times->track_ms.push_back(frame.track_ms);
+  times->seed_ms.push_back(frame.seed_ms);
+  times->frame_ms.push_back(frame.detect_ms + frame.track_ms + frame.seed_ms);
+}
 
 /// The source's next frame, nullopt at the end. An error, which names it: an image that is not of
 /// its camera's size.
@@ -70,9 +75,8 @@ size_t FramesPerPiece(const Config& config, DetectionMode detection);
 /// Runs the frontend over a recording. With more than one thread the tags of the next frames, or
 /// pieces of them, are detected ahead while this frame's tracks are followed. What `measured`
 /// points to must outlive the stream. Of a rig each camera's images are searched by themselves, the
-/// tags of all cameras at one time are one frame's, the closed form is that of the first camera
-/// that has any, and there are no tracks; so it is with cameras that stand. Of several bodies the
-/// tags are parted.
+/// tags and tracks of all cameras at one time are one frame's, the closed form is that of the first
+/// camera that has any. Cameras that stand have no tracks. Of several bodies the tags are parted.
 class MeasurementStream {
  public:
   static Result<MeasurementStream> Create(DataSource* source, const Config& config,
@@ -108,7 +112,7 @@ class MeasurementStream {
   void FillQueue();
   // What is seen of one of the bodies; of the only one it leaves the frame without its tags.
   DetectedFrame TakeSeenOf(size_t body, SearchedFrame* searched) const;
-  MeasuredFrame Measure(SearchedFrame* searched);
+  MeasuredFrame Measure(SearchedFrame* searched, size_t tags_elsewhere);
   static Piece Detect(std::vector<Frame> frames, const Shared& shared, Searcher* searcher);
   static Piece Sweep(std::vector<Frame> frames, std::vector<TagSweep>* sweeps);
   static SearchedFrame DetectOne(Frame frame, const Shared& shared, const Searcher& searcher);

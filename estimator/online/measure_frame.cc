@@ -1,5 +1,6 @@
 #include "estimator/online/measure_frame.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "frontend/base/spans.h"
@@ -15,7 +16,7 @@ FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options
   const bool hurry = IsUp(options.detection_time_up);
   Stages stages(options.spans);
   stages.Next("track");
-  out.tracks = front_end->Track(out.tags, hurry ? cv::Mat() : frame.image);
+  out.tracks = front_end->Track(out.tags, hurry ? cv::Mat() : frame.image, frame.tags_elsewhere);
   out.cut_short = frame.cut_short || (hurry && !frame.image.empty());
   if (options.after_stage) options.after_stage(FrameStage::kTrack);
   stages.Next("closed form");
@@ -24,9 +25,30 @@ FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options
   return out;
 }
 
+FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
+                               std::vector<FrontEnd>* front_ends) {
+  const int camera = frame.camera;
+  const auto n_cameras = static_cast<int64_t>(front_ends->size());
+  FrameMeasurements out =
+      MeasureFrame(std::move(frame), options, &(*front_ends)[static_cast<size_t>(camera)]);
+  if (n_cameras < 2) return out;
+  for (TrackObservation& track : out.tracks) {
+    track.camera = camera;
+    track.track_id = track.track_id * n_cameras + camera;
+  }
+  out.cameras = {camera};
+  return out;
+}
+
 void AddCamera(const FrameMeasurements& from, FrameMeasurements* to) {
   to->tags.insert(to->tags.end(), from.tags.begin(), from.tags.end());
   to->doubled_ids.insert(to->doubled_ids.end(), from.doubled_ids.begin(), from.doubled_ids.end());
+  const auto by_id = [](const TrackObservation& a, const TrackObservation& b) {
+    return a.track_id < b.track_id;
+  };
+  to->tracks.insert(to->tracks.end(), from.tracks.begin(), from.tracks.end());
+  std::sort(to->tracks.begin(), to->tracks.end(), by_id);
+  to->cameras.insert(to->cameras.end(), from.cameras.begin(), from.cameras.end());
   to->cut_short = to->cut_short || from.cut_short;
   if (!to->closed_form.world_from_body) to->closed_form = from.closed_form;
 }

@@ -18,7 +18,8 @@ struct DetectedFrame {
   bool cut_short = false;  // the time was up before all were looked for
   cv::Mat image;           // empty: none, or a bad one
   std::vector<int> doubled_ids = {};
-  int camera = 0;  // of the rig that saw it
+  int camera = 0;             // of the rig that saw it
+  size_t tags_elsewhere = 0;  // what its other cameras saw at the same time
 };
 
 /// Tracks and closed form of the next frame. Where detection's time is up no more is tracked:
@@ -27,8 +28,12 @@ struct DetectedFrame {
 FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
                                FrontEnd* front_end);
 
-/// What another camera of the rig measured at the same time; the closed form is that of the first
-/// that has a pose.
+/// The same by the front end of the camera that saw it, of a rig's: its tracks have ids that no
+/// other's have.
+FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options,
+                               std::vector<FrontEnd>* front_ends);
+/// What another camera measured at the same time; the closed form is that of the first that has a
+/// pose.
 void AddCamera(const FrameMeasurements& from, FrameMeasurements* to);
 
 /// One camera of the rig, by its index, before the same map.

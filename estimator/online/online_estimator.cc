@@ -149,16 +149,17 @@ void OnlineEstimator::Impl::Detect(const CameraImage& seen,
 
 FrameMeasurements OnlineEstimator::Impl::Measure(std::vector<DetectedFrame> of_cameras) {
   std::optional<FrameMeasurements> out;
+  size_t n_tags = 0;
+  for (const DetectedFrame& detected : of_cameras) n_tags += detected.tags.size();
   for (DetectedFrame& detected : of_cameras) {
-    FrontEnd* const front_end = &front_ends[static_cast<size_t>(detected.camera)];
-    FrameMeasurements measured = MeasureFrame(std::move(detected), options, front_end);
+    detected.tags_elsewhere = n_tags - detected.tags.size();
+    FrameMeasurements measured = MeasureFrame(std::move(detected), options, &front_ends);
     if (out) {
       AddCamera(measured, &*out);
     } else {
       out = std::move(measured);
     }
   }
-  if (front_ends.size() > 1) out->tracks.clear();  // ids are of each camera
   return std::move(*out);
 }
 

@@ -79,7 +79,8 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
 bool FixedLagSmoother::Solve(const FrameMeasurements& measurement, const FrameStarts& starts,
                              const TimeUp& time_up) {
   const NoiseModel noise = noise_;
-  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()));
+  segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()),
+                 measurement.cameras);
   AddFrame(measurement, starts);
   if (SolveAll(time_up)) return true;
   noise_ = noise;

@@ -50,7 +50,8 @@ std::vector<cv::Mat> BuildPyramid(const cv::Mat& image, const KltOptions& option
 }  // namespace
 
 std::vector<TrackObservation> KltTracker::Track(const cv::Mat& image,
-                                                const std::vector<TagDetection>& tags) {
+                                                const std::vector<TagDetection>& tags,
+                                                size_t tags_elsewhere) {
   const bool usable = image.type() == CV_8UC1 && !image.empty();
   if (!usable || (!pyramid_.empty() && pyramid_[0].size() != image.size())) {
     pyramid_.clear();
@@ -58,7 +59,8 @@ std::vector<TrackObservation> KltTracker::Track(const cv::Mat& image,
   }
   if (!usable || kept_.size() != image.size()) kept_.release();
   if (!usable) return {};
-  if (options_.enough_tags > 0 && static_cast<int>(tags.size()) >= options_.enough_tags) {
+  if (options_.enough_tags > 0 &&
+      static_cast<int>(tags.size() + tags_elsewhere) >= options_.enough_tags) {
     pyramid_.clear();
     tracks_.clear();
     image.copyTo(kept_);

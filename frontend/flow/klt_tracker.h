@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -22,8 +23,10 @@ class KltTracker {
 
   /// Tracks seen in the next image (8-bit gray), sorted by id: those that were followed into it and
   /// those that begin in it. An image that is empty or of another type ends all tracks, one of
-  /// another size too. `tags` are this image's; they set on_tag and the prediction.
-  std::vector<TrackObservation> Track(const cv::Mat& image, const std::vector<TagDetection>& tags);
+  /// another size too. `tags` are this image's; they set on_tag and the prediction. What other
+  /// cameras of a rig see at the same time counts where tags are enough.
+  std::vector<TrackObservation> Track(const cv::Mat& image, const std::vector<TagDetection>& tags,
+                                      size_t tags_elsewhere = 0);
 
  private:
   void BeginInKeptImage();

@@ -26,6 +26,7 @@ struct TrackObservation {
   bool on_tag = false;  // inside a tag seen in this frame: its pixels speak already through the tag
   /// Of a track that is told for the first time, but began in the frame before: where it was there.
   std::optional<Eigen::Vector2d> pixel_before = {};
+  int camera = 0;  // of the rig (Rig::cameras) that sees it; "before" is that camera's image before
 };
 
 /// What the seed report's closed form says of one frame, body in W; empty where it has no answer
@@ -45,6 +46,7 @@ struct FrameMeasurements {
   ClosedForm closed_form;
   bool cut_short = false;             // a deadline came before all was measured
   std::vector<int> doubled_ids = {};  // of the map, detected at two places at once
+  std::vector<int> cameras = {};      // of a rig those whose images were tracked; empty: the first
 };
 
 }  // namespace tagtwist

@@ -38,7 +38,7 @@ struct RigCamera {
 };
 
 /// The cameras of a body, or those that watch it: one or several. What is of one camera alone
-/// (tracks, a device's images, the calibration of lens and map) is the first's.
+/// (a device's images, the calibration of lens and map) is the first's.
 struct Rig {
   std::vector<RigCamera> cameras = std::vector<RigCamera>(1);
   MountedOn mounted_on = MountedOn::kBody;  // all of them

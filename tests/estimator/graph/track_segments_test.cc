@@ -111,5 +111,53 @@ TEST(TrackSegments, RejectedAndOldOnesDoNotGrow) {
   }
 }
 
+std::vector<TrackObservation> ViewsOfCamera(int frame, int camera, int n_tracks) {
+  std::vector<TrackObservation> out = Views(frame, n_tracks);
+  for (TrackObservation& view : out) {
+    view.track_id = 2 * view.track_id + camera;
+    view.camera = camera;
+  }
+  return out;
+}
+
+// Cameras that take their images in turn: a piece passes over the other's frames, and is no longer
+// than another.
+TEST(TrackSegments, GoOnInTheCamerasNextFrame) {
+  TrackSegmenter segmenter({40, 6});
+  for (int frame = 0; frame < 24; ++frame) {
+    segmenter.Add(ViewsOfCamera(frame, frame % 2, 10), 0, {frame % 2});
+  }
+  std::set<std::pair<int64_t, int>> seen;
+  size_t in_pairs = 0;
+  for (const TrackSegment& segment : segmenter.segments()) {
+    EXPECT_LT(segment.last_frame() - segment.first_frame, 6);
+    EXPECT_EQ(segment.camera, segment.track_id % 2);
+    in_pairs += segment.pixels.size() > 1 ? segment.pixels.size() : 0;
+    for (size_t k = 0; k < segment.pixels.size(); ++k) {
+      const int frame = segment.first_frame + segment.FramesAfter(k);
+      EXPECT_EQ(frame % 2, segment.camera);
+      EXPECT_EQ(segment.pixels[k].y(), frame);
+      EXPECT_TRUE(seen.emplace(segment.track_id, frame).second) << "a view counted twice";
+    }
+  }
+  EXPECT_EQ(seen.size(), 240u);
+  EXPECT_GT(in_pairs, 200u);
+}
+
+TEST(TrackSegments, WhatACameraSawBeforeIsInItsOwnLastFrame) {
+  TrackSegmenter segmenter({40, 6});
+  segmenter.Add({}, 10, {0});
+  segmenter.Add({}, 10, {1});
+  auto views = ViewsOfCamera(2, 0, 3);
+  for (TrackObservation& view : views) view.pixel_before = view.pixel - Eigen::Vector2d(0, 2);
+  segmenter.Add(views, 0, {0});
+  ASSERT_EQ(segmenter.segments().size(), 3u);
+  for (const TrackSegment& segment : segmenter.segments()) {
+    EXPECT_EQ(segment.first_frame, 0);
+    EXPECT_EQ(segment.last_frame(), 2);
+    EXPECT_EQ(segment.pixels.front().y(), 0);
+  }
+}
+
 }  // namespace
 }  // namespace tagtwist::internal::track_segments_test

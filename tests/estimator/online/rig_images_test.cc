@@ -109,10 +109,14 @@ TEST(RigImages, RefusesCamerasThatItCannotTell) {
   EXPECT_TRUE(estimator->AddImages(1, {{1, gray}}));
 }
 
-// The film, of both cameras, the second's at every other stamp; or of one camera alone.
+constexpr size_t kTold = 4;
+
+// The film, of both cameras, the second's at every other stamp; or of one camera alone. With the
+// first frames' tags, where they are told.
 class Film : public DataSource {
  public:
-  explicit Film(std::vector<size_t> cameras) : cameras_(std::move(cameras)) {}
+  explicit Film(std::vector<size_t> cameras, bool tags_are_told = false)
+      : cameras_(std::move(cameras)), tags_are_told_(tags_are_told) {}
   Result<std::optional<Frame>> Next() override {
     if (next_ == kImages) return std::optional<Frame>();
     const size_t k = next_++;
@@ -124,6 +128,7 @@ class Film : public DataSource {
       frame.t_ns = taken.t_ns;
       frame.image = taken.image;
       frame.camera = static_cast<int>(i);
+      if (tags_are_told_ && k < kTold) frame.detections = TagsOfCamera(Told(k), frame.camera);
       if (out) {
         out->others.push_back(std::move(frame));
       } else {
@@ -136,6 +141,7 @@ class Film : public DataSource {
 
  private:
   std::vector<size_t> cameras_;
+  bool tags_are_told_;
   size_t next_ = 0;
   std::vector<int64_t> stamps_ns_;
 };
@@ -173,6 +179,78 @@ TEST(RigImages, ABatchGoesOverEachCamerasByThemselves) {
       }
     }
   }
+}
+
+// Where tracks show the floor, by the body's true poses and each camera's mount: each one place, in
+// its camera's images, the one before it was told for the first time included.
+void ExpectTracksOfBothCameras(const std::vector<FrameMeasurements>& frames) {
+  const EstimatorSetup setup = MakeEstimatorSetup(RigConfig().set_up, {});
+  struct Track {
+    int camera = 0;
+    std::vector<Eigen::Vector2d> places;
+  };
+  std::map<int64_t, Track> tracks;
+  std::map<int, size_t> last_image;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    for (const TrackObservation& seen : frames[k].tracks) {
+      Track& track = tracks.try_emplace(seen.track_id, Track{seen.camera, {}}).first->second;
+      EXPECT_EQ(track.camera, seen.camera);
+      const auto add = [&](size_t frame, const Eigen::Vector2d& pixel) {
+        const Pose& body = Filmed().frames[0][frame].truth.world_from_body;
+        const auto place = PointOnPlane(setup, body, Pose(), pixel, seen.camera);
+        if (place) track.places.push_back(*place);
+      };
+      if (seen.pixel_before) add(last_image[seen.camera], *seen.pixel_before);
+      add(k, seen.pixel);
+    }
+    for (const int camera : frames[k].cameras) last_image[camera] = k;
+  }
+  size_t n[2] = {}, still[2] = {};
+  for (const auto& [id, track] : tracks) {
+    if (track.places.size() < 3) continue;
+    constexpr double kStillM = 0.003;
+    ++n[track.camera];
+    if ((track.places.back() - track.places.front()).norm() < kStillM) ++still[track.camera];
+  }
+  for (const int camera : {0, 1}) {
+    EXPECT_GT(n[camera], 20u) << camera;
+    EXPECT_GT(static_cast<double>(still[camera]), 0.8 * static_cast<double>(n[camera])) << camera;
+  }
+}
+
+TEST(RigImages, TracksAreOfEachCamera) {
+  Film film({0, 1}, /*tags_are_told=*/true);
+  StreamOptions told;
+  told.use_detections = true;
+  auto stream = MeasurementStream::Create(&film, RigConfig(), told);
+  ASSERT_TRUE(stream);
+  std::vector<FrameMeasurements> frames;
+  while (true) {
+    auto frame = stream->Next();
+    ASSERT_TRUE(frame);
+    if (!*frame) break;
+    frames.push_back((*frame)->measurements);
+    EXPECT_EQ(frames.back().cameras.size(), frames.size() % 2 == 1 ? 2u : 1u);
+  }
+  ASSERT_EQ(frames.size(), kImages);
+  ExpectTracksOfBothCameras(frames);
+
+  Config blind = RigConfig();
+  blind.front_end.detector.min_decision_margin = 1e6;
+  auto estimator = OnlineEstimator::Create(blind);
+  ASSERT_TRUE(estimator);
+  frames.clear();
+  for (size_t k = 0; k < kImages; ++k) {
+    std::vector<CameraImage> images;
+    for (size_t i = 0; i < 2; ++i) {
+      if (i == 0 || k % 2 == 0) {
+        images.push_back({static_cast<int>(i), Filmed().frames[i][k].image});
+      }
+    }
+    ASSERT_TRUE(estimator->AddImages(Filmed().frames[0][k].t_ns, images));
+    frames.push_back(estimator->measurements());
+  }
+  ExpectTracksOfBothCameras(frames);
 }
 
 }  // namespace

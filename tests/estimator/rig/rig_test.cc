@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "estimator/batch/batch.h"
+#include "estimator/graph/graph_builder.h"
+#include "estimator/graph/linear_system.h"
 #include "estimator/rig/rig_pose.h"
 #include "frontend/types/nees.h"
 #include "tests/support/flights/exact_model.h"
@@ -104,6 +106,44 @@ TEST(Rig, AMountThatIsOffIsInTheCovariance) {
     nees += *of_frame;
   }
   EXPECT_LT(nees / static_cast<double>(flight.truth.size()), 3 * 12);
+}
+
+// Points of the floor that the second camera follows, with a frame of another camera between: of
+// the body's true poses they are where it sees them.
+TEST(Rig, TracksAreSeenThroughTheirCamerasMount) {
+  const EstimatorSetup setup = MakeEstimatorSetup(RigOfThree(), {});
+  GraphInput input;
+  for (int i = 0; i < 3; ++i) {
+    GraphFrame frame;
+    frame.t_ns = 20'000'000 * i;
+    frame.state.world_from_body = Hover({1.2 + 0.05 * i, 1.1, 1.3}, 0.1 * i, {0.03, 0.02 * i, 0});
+    input.frames.push_back(frame);
+  }
+  const MountedCamera second = setup.CameraOf(1);
+  for (const double x_m : {1.1, 1.3}) {
+    TrackSegment segment;
+    segment.camera = 1;
+    for (const int i : {0, 2}) {
+      const Pose& body = input.frames[static_cast<size_t>(i)].state.world_from_body;
+      Eigen::Vector2d pixel;
+      ASSERT_TRUE(
+          second.camera.Project(second.CamFromMap(body) * Eigen::Vector3d(x_m, 1.2, 0), &pixel));
+      segment.AddView(i, pixel);
+    }
+    input.segments.push_back(segment);
+  }
+  const Graph graph = BuildGraph(setup, NoiseModel(), input);
+  ASSERT_EQ(graph.points.size(), 2u);
+  EXPECT_NEAR(graph.points[0].x(), 1.1, 1e-9);
+  std::vector<int> states;
+  for (const Factor& factor : graph.factors) {
+    if (factor.kind != FactorKind::kTrack) continue;
+    LinearFactor linear;
+    ASSERT_TRUE(LinearizeFactor(graph, factor, &linear));
+    EXPECT_LT(linear.residual.norm(), 1e-6);
+    states.push_back(factor.blocks.front().index);
+  }
+  EXPECT_EQ(states, (std::vector<int>{0, 2, 0, 2}));
 }
 
 TEST(RigPose, IsThatOfAllCamerasTags) {
