@@ -2,6 +2,8 @@
 # everything they need (root or sudo).
 .PHONY: setup build demo test fuzz install package docs format lint clean
 JOBS := $(shell nproc)
+# One more than cores: some tests wait, for a page or a clock, most of their time.
+TEST_JOBS := $(shell expr $(JOBS) + 1)
 PREFIX ?= /usr/local
 # Several sources of a folder as one unit: whole builds take less. OFF for work on a file in the same build.
 UNITY ?= ON
@@ -27,10 +29,10 @@ test: setup
 	@scripts/setup lint
 	@$(CONFIGURE) --preset release
 	@cmake --build --preset release --parallel $(JOBS)
-	@ctest --preset release --parallel $(JOBS)
+	@ctest --preset release --parallel $(TEST_JOBS)
 	@$(CONFIGURE) --preset debug
 	@cmake --build --preset debug --parallel $(JOBS)
-	@ctest --preset debug --parallel $(JOBS)
+	@ctest --preset debug --parallel $(TEST_JOBS)
 
 # One reader, or the estimator, over inputs that clang's libFuzzer finds: make fuzz FUZZ=yaml SECONDS=60
 # (tests/fuzz/README.md).

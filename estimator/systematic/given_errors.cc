@@ -21,8 +21,8 @@ Eigen::MatrixXd RootOfGiven(const MountedCamera& camera, const EstimatorOptions&
   const Eigen::VectorXd sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   if (sigmas.isZero(0)) return Eigen::MatrixXd::Zero(n, 1);
   const Eigen::VectorXd inverse = (sigmas.array() > 0).select(sigmas.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(inverse.asDiagonal() * covariance *
-                                                           inverse.asDiagonal());
+  const Eigen::MatrixXd correlations = inverse.asDiagonal() * covariance * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(correlations);
   const Eigen::VectorXd& values = own.eigenvalues();  // ascending
   const Eigen::Index kept = (values.array() > kLeastShare * values(n - 1)).count();
   return sigmas.asDiagonal() * own.eigenvectors().rightCols(kept) *

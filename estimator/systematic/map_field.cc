@@ -80,7 +80,8 @@ void MapField::MakeLinear(double rigid) {
   shift_ = rigid;
   const Eigen::Matrix3Xd about = About(places_, centre_);
   const auto n = static_cast<double>(places_.size());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about * about.transpose() / n);
+  const Eigen::Matrix3d squared = about * about.transpose() / n;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squared);
   const auto add = [&](const Linear& linear, double size, std::vector<Linear>* out) {
     const double rms = std::sqrt((linear * about).squaredNorm() / n);
     out->push_back(rms > 0 ? Linear(size / rms * linear) : Linear::Zero());

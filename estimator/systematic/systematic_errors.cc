@@ -160,7 +160,8 @@ Eigen::MatrixXd RootOf(const EvidenceFit& fit, const Eigen::MatrixXd& taken_by_p
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
   const Eigen::MatrixXd found =
       qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(found.transpose() * effect * found);
+  const Eigen::MatrixXd found_effect = found.transpose() * effect * found;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(found_effect);
   const Eigen::VectorXd& sizes = own.eigenvalues();  // ascending
   Eigen::Index neglected = 0;
   double sum = std::max(0.0, effect.trace() - sizes.sum());

@@ -44,7 +44,8 @@ using Vector9 = Eigen::Matrix<double, 9, 1>;
 std::optional<Vector9> NullVector(const Eigen::Matrix<double, Eigen::Dynamic, 9>& rows) {
   // By the normal equations, in a third of the time; squaring costs digits: 1e-10 is left.
   constexpr double kWell = 1e-6;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> squared(rows.transpose() * rows);
+  const Eigen::Matrix<double, 9, 9> squares = rows.transpose() * rows;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> squared(squares);
   if (squared.info() == Eigen::Success &&
       squared.eigenvalues()(1) > kWell * squared.eigenvalues()(8)) {
     return Vector9(squared.eigenvectors().col(0));
