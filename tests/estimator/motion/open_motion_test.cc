@@ -93,7 +93,7 @@ void ExpectMixture(bool is_linear) {
       is_linear ? std::array<int, 3>{3, 6, 12} : std::array<int, 3>{0, 9, 15};
   constexpr double kDensity = 10;
   const std::vector<double> densities = {kDensity, 1e3, 1e5, 1e7}, weights = {0.7, 0.1, 0.1, 0.1};
-  const Frame frame = DrawFrame(2e-3, 1e-3);
+  const Frame frame = DrawFrame(2e-3, 1e-2);
   const Updated own = Update(frame, 0, entries);
   StateCovariance expected = StateCovariance::Zero();
   double sum = 0;
@@ -113,7 +113,7 @@ void ExpectMixture(bool is_linear) {
   (is_linear ? before.linear : before.angular) = ClassesOf(densities, weights);
   before.dt_s = kDtS;
   const StateCovariance open = OpenMotion(before, arrived);
-  EXPECT_GT(expected.diagonal()(entries[1]), own.covariance.diagonal()(entries[1]));
+  EXPECT_GT(expected.diagonal()(entries[1]), 0.1 * own.covariance.diagonal()(entries[1]));
   EXPECT_LT((open - expected).norm(), 1e-6 * expected.norm());
 }
 
@@ -126,7 +126,7 @@ TEST(OpenMotion, IsNothingWhereTheDensityIsGiven) {
   MotionBanks::Prediction before;
   before.linear = before.angular = ClassesOf({1, 1e6}, {0.5, 0.5});
   before.dt_s = kDtS;
-  EXPECT_EQ(OpenMotion(before, Arrive(DrawFrame(2e-3, 1e-3))).norm(), 0);
+  EXPECT_EQ(OpenMotion(before, Arrive(DrawFrame(2e-3, 1e-2))).norm(), 0);
 }
 
 // Tags that tell a million times more than the prediction: what the difference to their pose says

@@ -29,12 +29,30 @@ std::string Text(const SituationScore& score) {
          std::to_string(score.without);
 }
 
+// The first frame after a push, with the truth in place of its estimate: a velocity that changes
+// within a few milliseconds before a frame does not show in where the body then is, and nobody
+// expects it.
+std::vector<FrameEstimate> WithoutThePush(const SituationDraw& draw,
+                                          std::vector<FrameEstimate> frames) {
+  size_t push = 1;
+  const auto change = [&](size_t k) {
+    return (draw.truth[k].twist.v_world - draw.truth[k - 1].twist.v_world).norm();
+  };
+  for (size_t k = 1; k < frames.size(); ++k) {
+    if (change(k) > change(push)) push = k;
+  }
+  frames[push].state = draw.truth[push];
+  return frames;
+}
+
 void ExpectHonest(Situation situation, unsigned seed) {
   const SituationDraw draw = DrawSituation(situation, seed);
   const WindowRun run = RunWindow(draw.setup, draw.measurements);
   ASSERT_EQ(run.current.size(), draw.truth.size());
   ASSERT_EQ(run.lagged.size(), draw.truth.size());
-  const SituationScore current = Judge(draw, run.current), lagged = Judge(draw, run.lagged);
+  const SituationScore lagged = Judge(draw, run.lagged);
+  const SituationScore current =
+      Judge(draw, situation == Situation::kHit ? WithoutThePush(draw, run.current) : run.current);
   SCOPED_TRACE("seed " + std::to_string(seed) + "; lag 0: " + Text(current) +
                "; lagged: " + Text(lagged));
 
@@ -46,8 +64,7 @@ void ExpectHonest(Situation situation, unsigned seed) {
   // Jitter that moves a calm body by less than a frame's noise tells of itself only over seconds.
   EXPECT_LT(lagged.nees, situation == Situation::kJitter ? 5.0 : 2.0);
   EXPECT_GT(lagged.nees, 0.2);
-  // A push within a twentieth of a second is, for a frame, beyond all that anybody could expect.
-  EXPECT_LT(current.nees, situation == Situation::kHit ? 60.0 : 2.0);
+  EXPECT_LT(current.nees, 2.0);
   EXPECT_GT(current.nees, 0.4);
   EXPECT_LT(current.beyond, 0.03);
   EXPECT_LT(lagged.beyond, 0.03);
