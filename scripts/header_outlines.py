@@ -13,7 +13,7 @@ WORTH_IT = re.compile(r"<(?:Eigen/|boost/|ceres/|gmock/|gtest/|nlohmann/|opencv2
 INCOMPLETE, FOR_SERIALIZATION, SKIP_FUNCTION_BODIES = 0x02, 0x10, 0x40  # clang-c/Index.h, CXTranslationUnit_Flags
 
 
-def library(version):
+def load(version):
     """libclang of clang's major version; None where it is not installed."""
     out = None
     for abi in ("13", "1"):
