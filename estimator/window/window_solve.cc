@@ -169,10 +169,10 @@ StateCovariance FixedLagSmoother::OpenAtArrival(const Block& covariance) const {
   const WindowHypothesis& likeliest = hypotheses_.front();
   const GraphFrame& frame = likeliest.input.frames.back();
   const auto* before = likeliest.motion.LastPrediction();
-  const auto tags = InformationOfNewest(setup_, noise_, likeliest);
-  if (!before || !tags || HasTracks(setup_, likeliest.input)) {
-    return ExcessVariances(likeliest).asDiagonal();
-  }
+  const auto tags = before != nullptr && !HasTracks(setup_, likeliest.input)
+                        ? InformationOfNewest(setup_, noise_, likeliest)
+                        : std::nullopt;
+  if (!tags) return ExcessVariances(likeliest).asDiagonal();
   ArrivedState arrived{covariance, *tags, {}, {}};
   const MotionParts learned = LearnedParts(setup_.options);
   const auto prior = [](MotionPrior one, double scale) {
