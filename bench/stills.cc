@@ -75,7 +75,8 @@ TagMap Board() {
 
 // Looks at a point on the board or a little beside it, tilted and turned anyhow.
 Pose DrawView(const Row& row, RandomStream* random) {
-  const Eigen::Vector3d target(random->Uniform(-0.05, 0.7), random->Uniform(-0.05, 0.7), 0);
+  const double y = random->Uniform(-0.05, 0.7), x = random->Uniform(-0.05, 0.7);
+  const Eigen::Vector3d target(x, y, 0);
   const double distance_m =
       row.nearest_m * std::pow(row.farthest_m / row.nearest_m, random->Uniform(0, 1));
   const double heading = random->Uniform(-kPi, kPi), tilt = random->Uniform(0, row.tilt_rad);

@@ -93,8 +93,8 @@ std::vector<Patch> MakeScribbles(const Eigen::Vector2d& low, const Eigen::Vector
   const double area_m2 = (high - low).prod();
   const auto count = static_cast<int>(std::lround(area_m2 * options.scribbles_per_m2));
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector2d place(random.Uniform(low.x(), high.x()),
-                                random.Uniform(low.y(), high.y()));
+    const double y = random.Uniform(low.y(), high.y()), x = random.Uniform(low.x(), high.x());
+    const Eigen::Vector2d place(x, y);
     if (random.Uniform() < 0.6) {
       AddPolyline(place, finder, &random, &out);
     } else {

@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "tests/support/draws.h"
 #include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::internal::closed_form_test {
@@ -39,7 +40,8 @@ View See(const TagMap& map, const Camera& camera, const Pose& world_from_body, d
   for (int id = 0; id < 600; ++id) {
     TrackObservation track;
     track.track_id = id;
-    const Eigen::Vector3d point_in_world(place(engine), place(engine), 0);
+    Eigen::Vector3d point_in_world;
+    point_in_world << DrawVector<2>(place, engine), 0;
     if (camera.Project(cam_from_world * point_in_world, &track.pixel) &&
         camera.Contains(track.pixel)) {
       view.tracks.push_back(track);

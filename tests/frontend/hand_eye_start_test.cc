@@ -6,6 +6,7 @@
 #include <random>
 
 #include "frontend/types/so3.h"
+#include "tests/support/draws.h"
 
 namespace tagtwist::internal::hand_eye_start_test {
 namespace {
@@ -26,7 +27,7 @@ Paths Draw(const Eigen::Vector3d& axes, double noise) {
     const double t = 0.1 * i;
     const Eigen::Vector3d turn(std::sin(0.9 * t), std::sin(0.7 * t + 1), std::sin(0.5 * t + 2));
     const Pose cam = MakePose(ExpSo3(axes.cwiseProduct(turn)), {std::sin(t), std::cos(0.8 * t), 1});
-    const Eigen::Vector3d off = noise * Eigen::Vector3d(normal(rng), normal(rng), normal(rng));
+    const Eigen::Vector3d off = noise * DrawVector<3>(normal, rng);
     out.cams.push_back(cam);
     out.bodies.push_back(kWorld * cam * kMount * MakePose(ExpSo3(off), off));
   }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "frontend/types/tag_planes.h"
+#include "tests/support/draws.h"
 #include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::internal::homography_test {
@@ -46,9 +47,8 @@ TEST(FitHomography, NormalisationKeepsTheFitWellConditioned) {
   for (int round = 0; round < 20; ++round) {
     std::vector<Eigen::Vector2d> points, seen;
     for (int i = 0; i < 12; ++i) {
-      points.emplace_back(1e4 + place(engine), 1e4 + place(engine));
-      seen.push_back(Transfer(truth, points.back()) +
-                     Eigen::Vector2d(noise(engine), noise(engine)));
+      points.push_back(Eigen::Vector2d::Constant(1e4) + DrawVector<2>(place, engine));
+      seen.push_back(Transfer(truth, points.back()) + DrawVector<2>(noise, engine));
     }
     for (const bool normalise : {false, true}) {
       const auto h = FitHomography(points, seen, normalise);

@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "tests/support/draws.h"
+
 namespace tagtwist::internal::twist_ransac_test {
 namespace {
 
@@ -22,7 +24,7 @@ Scene MakeScene(int n, int n_outliers, double noise, unsigned seed = 11) {
   for (int i = 0; i < n; ++i) {
     FlowPoint point{{side(engine), side(engine)}, {}, depth(engine)};
     point.flow = InteractionMatrix(point.point, point.depth_m) * scene.truth;
-    point.flow += Eigen::Vector2d(normal(engine), normal(engine));
+    point.flow += DrawVector<2>(normal, engine);
     if (i < n_outliers) point.flow = {wild(engine), wild(engine)};
     scene.flow.push_back(point);
   }

@@ -42,12 +42,14 @@ TagMap Board() {
 
 // Looks at a point on the board from 0.45 to 1.3 m, tilted by up to 50 degrees and turned anyhow.
 Pose DrawView(RandomStream* random) {
-  const Eigen::Vector3d target(random->Uniform(0.1, 0.55), random->Uniform(0.1, 0.55), 0);
+  const double y = random->Uniform(0.1, 0.55), x = random->Uniform(0.1, 0.55);
+  const Eigen::Vector3d target(x, y, 0);
   const double distance_m = random->Uniform(0.45, 1.3);
+  const double roll = random->Uniform(-3.1, 3.1), tilt = random->Uniform(0, 0.87);
   const Eigen::Quaterniond world_from_cam =
       Eigen::AngleAxisd(random->Uniform(-3.1, 3.1), Eigen::Vector3d::UnitZ()) *
-      Eigen::AngleAxisd(M_PI + random->Uniform(0, 0.87), Eigen::Vector3d::UnitX()) *
-      Eigen::AngleAxisd(random->Uniform(-3.1, 3.1), Eigen::Vector3d::UnitZ());
+      Eigen::AngleAxisd(M_PI + tilt, Eigen::Vector3d::UnitX()) *
+      Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ());
   return MakePose(world_from_cam,
                   target - distance_m * (world_from_cam * Eigen::Vector3d::UnitZ()));
 }

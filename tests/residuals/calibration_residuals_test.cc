@@ -16,7 +16,10 @@ class CalibrationResiduals : public testing::Test {
  protected:
   double Uniform() { return std::uniform_real_distribution<double>(-1, 1)(rng_); }
   Eigen::Vector3d Vec() { return {Uniform(), Uniform(), Uniform()}; }
-  Pose RandomPose(double angle) { return MakePose(ExpSo3(angle * Vec()), Vec()); }
+  Pose RandomPose(double angle) {
+    const Eigen::Vector3d translation = Vec();
+    return MakePose(ExpSo3(angle * Vec()), translation);
+  }
   std::mt19937 rng_{3};
 };
 
@@ -55,8 +58,8 @@ TEST_F(CalibrationResiduals, TagDerivativesMatchNumericOnes) {
     Tag tag;
     tag.size_m = 0.2;
     tag.bend_m = 0.02 * Uniform();
-    tag.world_from_tag =
-        world_from_cam * MakePose(ExpSo3(Vec()), {0.4 * Uniform(), 0.4 * Uniform(), 1.5});
+    const Eigen::Vector3d place{0.4 * Uniform(), 0.4 * Uniform(), 1.5};
+    tag.world_from_tag = world_from_cam * MakePose(ExpSo3(Vec()), place);
     const std::array<Eigen::Vector2d, 4> pixels = {
         Eigen::Vector2d(300, 200), Eigen::Vector2d(320, 200), Eigen::Vector2d(320, 220),
         Eigen::Vector2d(300, 220)};
@@ -101,7 +104,8 @@ TEST_F(CalibrationResiduals, LensDerivativesMatchNumericOnes) {
     camera.lens = model;
     camera.xi = 0.4, camera.alpha = 0.55, camera.beta = 1.1, camera.w = 0.9;
     for (int round = 0; round < 20; ++round) {
-      const Eigen::Vector3d point(0.6 * Uniform(), 0.6 * Uniform(), 1.2);
+      const double y = 0.6 * Uniform(), x = 0.6 * Uniform();
+      const Eigen::Vector3d point(x, y, 1.2);
       Eigen::Vector2d pixel;
       ASSERT_TRUE(camera.Project(point, &pixel));
       const Eigen::MatrixXd analytic = PixelByLens(camera, point, pixel);

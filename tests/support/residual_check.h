@@ -16,7 +16,10 @@ class Residuals : public testing::Test {
  protected:
   double Uniform() { return std::uniform_real_distribution<double>(-1, 1)(rng_); }
   Eigen::Vector3d Vec() { return {Uniform(), Uniform(), Uniform()}; }
-  Pose RandomPose(double angle) { return MakePose(ExpSo3(angle * Vec().normalized()), 5 * Vec()); }
+  Pose RandomPose(double angle) {
+    const Eigen::Vector3d translation = 5 * Vec();
+    return MakePose(ExpSo3(angle * Vec().normalized()), translation);
+  }
 
   /// Analytic against numeric Jacobian, in the tangent; blocks of 7 parameters are poses.
   void ExpectCorrectJacobians(const ceres::CostFunction& residual,

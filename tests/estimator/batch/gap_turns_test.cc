@@ -16,6 +16,7 @@
 #include "estimator/report/findings/verdict.h"
 #include "frontend/types/nees.h"
 #include "frontend/types/so3.h"
+#include "tests/support/draws.h"
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/tag_scene.h"
 #include "tests/support/situations/situations.h"
@@ -33,8 +34,8 @@ struct Hand {
     std::uniform_real_distribution<double> uniform(0, 1);
     Hand out;
     for (int i = 0; i < 9; ++i) {
-      out.sines.emplace_back(amplitude * (0.5 + uniform(*engine)), 1 + 3 * uniform(*engine),
-                             6.28 * uniform(*engine), 0);
+      const Eigen::Vector3d drawn = DrawVector<3>(uniform, *engine);
+      out.sines.emplace_back(amplitude * (0.5 + drawn.x()), 1 + 3 * drawn.y(), 6.28 * drawn.z(), 0);
     }
     return out;
   }
@@ -171,16 +172,19 @@ TEST(GapTurns, MostOfAWholeTurnIsNotTakenForTheShortWayRound) {
   EXPECT_GT(tally.ambiguous, tally.in_gap / 2);
 }
 
+// Of 120 such sets of draws NEES in gaps is 1.04 in the mean, 1.84 at most. Recordings of one
+// draw, which differ in their turns alone, have much in common: up to 2.85.
 TEST(GapTurns, AGapIsAsLivelyAsItsEndsSay) {
   Tally tally;
+  unsigned seed = 1;
   for (const double degrees : {-25.0, 28.0}) {
     for (const double gap_s : {0.3, 0.6, 1.2}) {
-      const Recording turn = RecordTurn(degrees * kDegree, gap_s, 5, 0.1);
+      const Recording turn = RecordTurn(degrees * kDegree, gap_s, seed++, 0.1);
       tally.Add(turn, Solve(turn));
     }
   }
   tally.ExpectHonest("small turns");
-  EXPECT_LT(tally.gap_nees, 1.2 * tally.in_gap);
+  EXPECT_LT(tally.gap_nees, 1.9 * tally.in_gap);
   EXPECT_EQ(tally.ambiguous, 0);
 }
 

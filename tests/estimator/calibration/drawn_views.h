@@ -13,6 +13,7 @@
 #include "estimator/report/files/camera_found.h"
 #include "frontend/types/tag_map.h"
 #include "residuals/lens.h"
+#include "tests/support/draws.h"
 
 namespace tagtwist::internal::drawn_views {
 
@@ -59,7 +60,7 @@ inline FrameMeasurements See(const Camera& camera, const TagMap& map, const Pose
         is_whole = camera.Project(Retract(cam_from_world, way) * corner, &pixel);
       }
       is_whole = is_whole && camera.Contains(pixel);
-      seen.corners[c] = pixel + Eigen::Vector2d(noise(*engine), noise(*engine));
+      seen.corners[c] = pixel + DrawVector<2>(noise, *engine);
     }
     if (is_whole) out.tags.push_back(seen);
   }
@@ -69,15 +70,16 @@ inline FrameMeasurements See(const Camera& camera, const TagMap& map, const Pose
 // Looks at a place of the sheet from so near that about all of it fills the image.
 inline Pose DrawView(const Camera& camera, const Draw& draw, std::mt19937* engine) {
   std::uniform_real_distribution<double> unit(-1, 1);
-  const Eigen::Vector3d middle(0.115 + 0.1 * unit(*engine), 0.115 + 0.1 * unit(*engine), 0);
+  const Eigen::Vector2d off = DrawVector<2>(unit, *engine);
+  const Eigen::Vector3d middle(0.115 + 0.1 * off.x(), 0.115 + 0.1 * off.y(), 0);
   const double half_rad = std::min(1.2, std::atan(0.5 * camera.width / camera.fx));
   const double distance_m = (1.1 + 0.3 * unit(*engine)) * 0.13 / std::tan(half_rad);
   // z of the sheet is up: the camera looks down on it, turned about its axis and tilted.
+  const Eigen::Vector3d turn = DrawVector<3>(unit, *engine);
   const Eigen::Quaterniond attitude =
-      Eigen::AngleAxisd(draw.tilt_rad * unit(*engine), Eigen::Vector3d::UnitX()) *
-      Eigen::AngleAxisd(draw.tilt_rad * unit(*engine), Eigen::Vector3d::UnitY()) *
-      Eigen::AngleAxisd(3 * unit(*engine), Eigen::Vector3d::UnitZ()) *
-      Eigen::Quaterniond(0, 1, 0, 0);
+      Eigen::AngleAxisd(draw.tilt_rad * turn.x(), Eigen::Vector3d::UnitX()) *
+      Eigen::AngleAxisd(draw.tilt_rad * turn.y(), Eigen::Vector3d::UnitY()) *
+      Eigen::AngleAxisd(3 * turn.z(), Eigen::Vector3d::UnitZ()) * Eigen::Quaterniond(0, 1, 0, 0);
   return MakePose(attitude, Eigen::Vector3d(0, 0, distance_m) - attitude * middle);
 }
 

@@ -8,6 +8,7 @@
 
 #include "frontend/base/statistics/chi_square.h"
 #include "frontend/types/so3.h"
+#include "tests/support/draws.h"
 
 namespace tagtwist::internal::gyro_alignment_test {
 namespace {
@@ -31,8 +32,8 @@ struct Recording {
 Recording Draw(unsigned seed, bool one_axis = false) {
   std::mt19937 rng(seed);
   std::normal_distribution<double> normal(0, 1);
-  const auto noise = [&](double sigma) {
-    return Eigen::Vector3d(sigma * normal(rng), sigma * normal(rng), sigma * normal(rng));
+  const auto noise = [&](double sigma) -> Eigen::Vector3d {
+    return sigma * DrawVector<3>(normal, rng);
   };
   Recording out;
   for (int i = 0; i < 300; ++i) {

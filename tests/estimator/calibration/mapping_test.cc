@@ -8,6 +8,7 @@
 
 #include "frontend/base/statistics/chi_square.h"
 #include "frontend/types/so3.h"
+#include "tests/support/draws.h"
 
 namespace tagtwist::internal::mapping_test {
 namespace {
@@ -76,7 +77,7 @@ std::vector<FrameMeasurements> Look(const std::vector<Tag>& room, int frames, st
       for (size_t c = 0; c < 4; ++c) {
         visible = visible && camera.Project(cam_from_world * corners[c], &seen.corners[c]) &&
                   camera.Contains(seen.corners[c], 2);
-        seen.corners[c] += Eigen::Vector2d(noise(*rng), noise(*rng));
+        seen.corners[c] += DrawVector<2>(noise, *rng);
       }
       if (visible) frame.tags.push_back(seen);
     }

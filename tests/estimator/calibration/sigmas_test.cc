@@ -11,6 +11,7 @@
 #include <random>
 #include <unordered_map>
 
+#include "tests/support/draws.h"
 #include "tests/support/flights/calibration_flight.h"
 
 namespace tagtwist::internal::sigmas_test {
@@ -36,7 +37,7 @@ void AddLastingErrors(double sigma_px, unsigned seed, std::vector<FrameMeasureme
     for (TagDetection& tag : (*frames)[i].tags) {
       const auto [at, is_new] = errors.try_emplace(tag.id);
       for (Eigen::Vector2d& error : at->second) {
-        if (is_new) error = sigma_px * Eigen::Vector2d(normal(random), normal(random));
+        if (is_new) error = sigma_px * DrawVector<2>(normal, random);
       }
       for (size_t c = 0; c < 4; ++c) tag.corners[c] += at->second[c];
     }

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "frontend/types/so3.h"
+#include "tests/support/draws.h"
 
 namespace tagtwist::internal::truth_fault_test {
 namespace {
@@ -32,8 +33,8 @@ PoseSeries Estimated() {
   PoseSeries out;
   for (int i = 0; i < 200; ++i) {
     const Pose pose = PoseAt(0.05 * i);
-    const Eigen::Vector3d off(normal(random), normal(random), normal(random));
-    const Eigen::Vector3d turn(normal(random), normal(random), normal(random));
+    const Eigen::Vector3d off = DrawVector<3>(normal, random);
+    const Eigen::Vector3d turn = DrawVector<3>(normal, random);
     out.push_back({i * 50'000'000LL,
                    MakePose(pose.rotation() * ExpSo3(2e-3 * turn), pose.translation() + 2e-3 * off),
                    {},

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/draws.h"
+
 namespace tagtwist::internal::interval_classes_test {
 namespace {
 
@@ -24,8 +26,7 @@ std::vector<double> DensitiesFromBothSides(WhiteNoiseOn on, double acceleration_
   std::normal_distribution<double> noise(0, kSigmaM);
   std::vector<Eigen::Vector3d> measured;
   for (int k = 0; k < kFrames; ++k) {
-    measured.push_back(At(k * kDtS, acceleration_mps2) +
-                       Eigen::Vector3d(noise(rng), noise(rng), noise(rng)));
+    measured.push_back(At(k * kDtS, acceleration_mps2) + DrawVector<3>(noise, rng));
   }
   const Eigen::Matrix3d covariance = kSigmaM * kSigmaM * Eigen::Matrix3d::Identity();
   MotionBank forwards(LinearBankOptions(on)), backwards(LinearBankOptions(on));

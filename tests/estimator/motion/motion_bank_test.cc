@@ -12,6 +12,8 @@
 #include <random>
 #include <string>
 
+#include "tests/support/draws.h"
+
 namespace tagtwist::internal::motion_bank_test {
 namespace {
 
@@ -92,8 +94,7 @@ Score Follow(const Path& path, double rate_hz, MotionBank bank) {
     const double t = k * dt;
     const Eigen::Vector3d x = At(path, t);
     if (k > 0) bank.Predict(dt);
-    bank.Measure(x + Eigen::Vector3d(noise(rng), noise(rng), noise(rng)),
-                 kSigmaM * kSigmaM * Eigen::Matrix3d::Identity());
+    bank.Measure(x + DrawVector<3>(noise, rng), kSigmaM * kSigmaM * Eigen::Matrix3d::Identity());
     if (k < skip) continue;
     Eigen::Matrix<double, 6, 1> e = bank.Mean().head<6>();
     e.head<3>() -= x;

@@ -18,7 +18,8 @@ class WorldTangent : public ::testing::Test {
   }
   GraphState Draw() {
     GraphState out;
-    out.pose = MakePose(ExpSo3(Vec()), Vec());
+    const Eigen::Vector3d translation = Vec(), rotation = Vec();
+    out.pose = MakePose(ExpSo3(rotation), translation);
     out.rates << Vec(), Vec(), Vec(), Vec();
     return out;
   }

@@ -13,6 +13,7 @@
 #include "estimator/window/sliding_window.h"
 #include "frontend/simulation/named_flights.h"
 #include "frontend/simulation/simulator.h"
+#include "tests/support/draws.h"
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/simulated_flight.h"
 
@@ -92,11 +93,11 @@ SetUp AsItIs(Kind kind, std::mt19937* random) {
   std::vector<Tag> tags = out.map.tags();
   std::array<double, 9> columns_m{};
   for (size_t i = 1; i < columns_m.size(); ++i) {
-    columns_m[i] =
-        columns_m[i - 1] + (uniform(*random) < 0.5 ? -1 : 1) * (1 + uniform(*random)) * 1e-3;
+    const double sign = uniform(*random) < 0.5 ? -1 : 1;
+    columns_m[i] = columns_m[i - 1] + sign * (1 + uniform(*random)) * 1e-3;
   }
   std::array<Eigen::Vector3d, 9> sheets_m;
-  for (auto& sheet : sheets_m) sheet = 3e-3 * Eigen::Vector3d(normal(*random), normal(*random), 0);
+  for (auto& sheet : sheets_m) sheet << 3e-3 * DrawVector<2>(normal, *random), 0;
   const double angle = 2 * M_PI * uniform(*random), phase = 2 * M_PI * uniform(*random);
   const Eigen::Vector3d along =
       2 * M_PI / (1 + uniform(*random)) * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);

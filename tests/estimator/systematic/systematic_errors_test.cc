@@ -13,6 +13,7 @@
 #include "estimator/batch/batch.h"
 #include "estimator/window/sliding_window.h"
 #include "frontend/types/rig.h"
+#include "tests/support/draws.h"
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/simulated_flight.h"
 
@@ -35,10 +36,10 @@ class DrawnField {
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> phase(0, 2 * M_PI);
     for (Wave& wave : waves_) {
-      wave.along = Eigen::Vector2d(normal(*random), normal(*random)) / 130;
+      wave.along = DrawVector<2>(normal, *random) / 130;
       wave.phase = phase(*random);
       wave.size = sigma_px / std::sqrt(static_cast<double>(waves_.size()) / 2) *
-                  Eigen::Vector2d(normal(*random), normal(*random));
+                  DrawVector<2>(normal, *random);
     }
   }
   Eigen::Vector2d At(const Eigen::Vector2d& pixel) const {

@@ -9,8 +9,9 @@
 
 #include "estimator/window/sliding_window.h"
 #include "tests/support/flights/exact_model.h"
+#include "tests/support/sanitizers.h"
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__clang__)
+#ifndef TAGTWIST_SANITIZED
 #define TAGTWIST_COUNTS_ALLOCATIONS
 namespace {
 std::atomic<size_t> g_allocations{0};  // of this program so far

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/draws.h"
+
 namespace tagtwist::internal::so3_test {
 namespace {
 
 Eigen::Vector3d RandomVector(std::mt19937& rng, double scale) {
   std::uniform_real_distribution<double> u(-1, 1);
-  return scale * Eigen::Vector3d(u(rng), u(rng), u(rng)).normalized();
+  return scale * DrawVector<3>(u, rng).normalized();
 }
 
 constexpr double kAngles[] = {0.0, 1e-9, 1e-5, 5e-3, 9.9e-3, 1.01e-2, 0.1, 1.0, 2.5, 3.1};

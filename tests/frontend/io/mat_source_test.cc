@@ -5,6 +5,7 @@
 
 #include "frontend/io/mat/mat_file.h"
 #include "tests/support/formats/mat_fixture.h"
+#include "tests/support/sanitizers.h"
 
 namespace tagtwist::internal::mat_source_test {
 namespace {
@@ -213,7 +214,7 @@ TEST_F(MatSource, MemoryAndTimeDoNotGrowWithTheImages) {
     EXPECT_EQ((*frame)->image.at<uchar>(100, 100), static_cast<uchar>(i));
     most_kib = std::max(most_kib, resident_kib());
   }
-#if defined(__SANITIZE_ADDRESS__)
+#ifdef TAGTWIST_SANITIZED
   constexpr long kMostKib = 1024 * 1024;  // freed memory is held back there
 #else
   constexpr long kMostKib = 4 * 1024;  // of 26 MiB of images

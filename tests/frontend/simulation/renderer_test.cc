@@ -73,8 +73,9 @@ TEST_P(RendererExactness, EdgesLieWhereTheyProjectTo) {
   for (int i = 0; i < 12; ++i) {
     Eigen::Vector3d turn(0, 0, 0);  // the first ones see the sides along rows and columns
     if (i >= 4) turn << random.Uniform(-0.4, 0.4), random.Uniform(-0.4, 0.4), random.Uniform(-3, 3);
-    const Pose world_from_cam = Above(random.Uniform(-0.05, 0.05), random.Uniform(-0.05, 0.05),
-                                      random.Uniform(0.5, 0.7), turn);
+    const double height = random.Uniform(0.5, 0.7);
+    const double y = random.Uniform(-0.05, 0.05), x = random.Uniform(-0.05, 0.05);
+    const Pose world_from_cam = Above(x, y, height, turn);
     const cv::Mat image = Render(renderer, world_from_cam);
     for (size_t side = 0; side < 4; ++side) {
       const double bias =

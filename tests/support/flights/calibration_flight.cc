@@ -7,6 +7,7 @@
 
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
+#include "tests/support/draws.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -14,12 +15,8 @@ namespace {
 class ErrorDraw {
  public:
   explicit ErrorDraw(unsigned seed) : rng_(seed) {}
-  Eigen::Vector3d Normal3(double sigma) {
-    return sigma * Eigen::Vector3d(normal_(rng_), normal_(rng_), normal_(rng_));
-  }
-  Eigen::Vector2d Normal2(double sigma) {
-    return sigma * Eigen::Vector2d(normal_(rng_), normal_(rng_));
-  }
+  Eigen::Vector3d Normal3(double sigma) { return sigma * DrawVector<3>(normal_, rng_); }
+  Eigen::Vector2d Normal2(double sigma) { return sigma * DrawVector<2>(normal_, rng_); }
 
  private:
   std::mt19937_64 rng_;
@@ -149,9 +146,9 @@ CalibrationFlight DrawCalibrationFlight(const CalibrationFlightOptions& options)
     const Pose body = WorldFromBodyAt(t, options);
     TruthSample sample;
     sample.t_ns = std::llround(1e9 * t);
-    sample.world_from_body =
-        MakePose(body.rotation() * ExpSo3(draw.Normal3(options.truth_rotation_sigma_rad)),
-                 body.translation() + draw.Normal3(options.truth_position_sigma_m));
+    const Eigen::Vector3d off = draw.Normal3(options.truth_position_sigma_m);
+    const Eigen::Vector3d turn = draw.Normal3(options.truth_rotation_sigma_rad);
+    sample.world_from_body = MakePose(body.rotation() * ExpSo3(turn), body.translation() + off);
     out.ground_truth.push_back(sample);
   }
   return out;

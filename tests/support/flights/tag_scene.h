@@ -8,6 +8,7 @@
 #include "frontend/types/measurements.h"
 #include "frontend/types/so3.h"
 #include "frontend/types/tag_map.h"
+#include "tests/support/draws.h"
 
 namespace tagtwist::internal {
 
@@ -43,7 +44,7 @@ inline std::vector<TagDetection> SeeTags(const TagMap& map, const Camera& camera
     }
     if (!whole) continue;
     for (auto& corner : seen.corners) {
-      corner += noise_px * Eigen::Vector2d(normal(engine), normal(engine));
+      corner += noise_px * DrawVector<2>(normal, engine);
     }
     tags.push_back(seen);
   }

@@ -3,6 +3,7 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/draws.h"
 #include "tests/support/flights/tag_scene.h"
 
 namespace tagtwist::internal {
@@ -91,9 +92,11 @@ inline TagViews DrawViews(TagPlaces places, unsigned seed, double noise_px = 0.2
   out.camera.cx = 319.5;
   out.camera.cy = 239.5;
   const Tag& target = tags[tags.size() / 2];
-  Eigen::Vector4d way(unit(engine), unit(engine), 1.4 + 0.5 * unit(engine), 0);
+  const Eigen::Vector3d from = DrawVector<3>(unit, engine);
+  const Eigen::Vector4d way(from.x(), from.y(), 1.4 + 0.5 * from.z(), 0);
   const double roll = M_PI * unit(engine);
-  const Eigen::Vector4d step(0.01 * unit(engine), 0.01 * unit(engine), 0.003 * unit(engine), 0);
+  const Eigen::Vector3d by = DrawVector<3>(unit, engine);
+  const Eigen::Vector4d step(0.01 * by.x(), 0.01 * by.y(), 0.003 * by.z(), 0);
   for (unsigned k = 0; k < 60; ++k) {
     const Pose cam_from_world = tag_views::CamFromWorld(target, way + k * step, roll + 0.01 * k);
     // Those that show their backs are not seen.
@@ -121,8 +124,9 @@ inline TagDetection DrawPhantom(const TagViews& views, std::mt19937_64* engine) 
   std::uniform_int_distribution<size_t> which(0, views.map.tags().size() - 1);
   TagDetection out;
   out.id = views.map.tags()[which(*engine)].id;
-  const Eigen::Vector2d at(x(*engine), y(*engine));
-  for (auto& corner : out.corners) corner = at + Eigen::Vector2d(off(*engine), off(*engine));
+  const double at_y = y(*engine), at_x = x(*engine);
+  const Eigen::Vector2d at(at_x, at_y);
+  for (auto& corner : out.corners) corner = at + DrawVector<2>(off, *engine);
   return out;
 }
 

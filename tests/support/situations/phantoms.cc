@@ -14,12 +14,14 @@ TagDetection Phantom(const TagMap& map, Rng* rng) {
   out.id =
       map.tags()[static_cast<size_t>(Draw(rng, 0, 0.999) * static_cast<double>(map.tags().size()))]
           .id;
-  const Eigen::Vector2d centre(Draw(rng, 60, 300), Draw(rng, 60, 180));
+  const double y = Draw(rng, 60, 180), x = Draw(rng, 60, 300);
+  const Eigen::Vector2d centre(x, y);
   const double size = Draw(rng, 15, 40), turn = Draw(rng, 0, kTurn);
   for (size_t c = 0; c < 4; ++c) {
     const double angle = turn - kTurn / 4 * static_cast<double>(c);
-    out.corners[c] = centre + size * Eigen::Vector2d(std::cos(angle) * Draw(rng, 0.8, 1.2),
-                                                     std::sin(angle) * Draw(rng, 0.8, 1.2));
+    const double high = Draw(rng, 0.8, 1.2), wide = Draw(rng, 0.8, 1.2);
+    out.corners[c] =
+        centre + size * Eigen::Vector2d(std::cos(angle) * wide, std::sin(angle) * high);
   }
   return out;
 }

@@ -12,6 +12,7 @@
 #include "frontend/io/tables/csv.h"
 #include "frontend/io/tables/detections_csv.h"
 #include "tests/support/dataset_fixture.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/temp_folder.h"
 
 namespace tagtwist::internal::detections_reader_test {
@@ -204,7 +205,7 @@ TEST_F(DetectionsReaderTest, WhatASkipPassesOverBelongsToNoFrame) {
   EXPECT_EQ((*frame)->name, path_ + ":2102");
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef TAGTWIST_SANITIZED
 size_t ResidentBytes() {
   size_t size = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> size >> resident;
