@@ -36,8 +36,8 @@ FrameMeasurements FrontEnd::Process(int64_t t_ns, const std::vector<TagDetection
 }
 
 std::vector<TrackObservation> FrontEnd::Track(const std::vector<TagDetection>& tags,
-                                              const cv::Mat& image, size_t tags_elsewhere) {
-  return impl_->tracker.Track(image, tags, tags_elsewhere);
+                                              const cv::Mat& image, const SeenBesides& besides) {
+  return impl_->tracker.Track(image, tags, besides.tags_elsewhere, besides.moving_tags);
 }
 
 ClosedForm FrontEnd::ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,

@@ -22,6 +22,12 @@ struct FrontEndOptions {
   ClosedFormOptions closed_form;
 };
 
+/// What is in view besides the tags of the map in an image.
+struct SeenBesides {
+  size_t tags_elsewhere = 0;                   // by other cameras of a rig at the same time
+  std::vector<TagDetection> moving_tags = {};  // in the image, of bodies that move about the map
+};
+
 /// Images to measurements, frame after frame. Its state is what the seed's method carries over: the
 /// open tracks with the previous image, the previous frame's pose and stamp, the low-pass.
 /// Detection needs no state and is a call of its own (TagDetector, then FilterTags), so that a
@@ -38,9 +44,8 @@ class FrontEnd {
   /// image, or a bad one): then there are no tracks and the open ones end.
   FrameMeasurements Process(int64_t t_ns, const std::vector<TagDetection>& tags,
                             const cv::Mat& image);
-  /// `tags_elsewhere`: how many other cameras of a rig see at the same time.
   std::vector<TrackObservation> Track(const std::vector<TagDetection>& tags, const cv::Mat& image,
-                                      size_t tags_elsewhere = 0);
+                                      const SeenBesides& besides = {});
   ClosedForm ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,
                           const std::vector<TrackObservation>& tracks);
 

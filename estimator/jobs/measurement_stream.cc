@@ -250,8 +250,9 @@ DetectedFrame MeasurementStream::TakeSeenOf(size_t body, SearchedFrame* searched
     return out;
   }
   const TagMap& map = body == 0 ? config.set_up.map : config.bodies[body - 1].map;
-  std::copy_if(searched->tags.begin(), searched->tags.end(), std::back_inserter(out.tags),
-               [&](const TagDetection& tag) { return map.Find(tag.id) != nullptr; });
+  std::partition_copy(searched->tags.begin(), searched->tags.end(), std::back_inserter(out.tags),
+                      std::back_inserter(out.besides.moving_tags),
+                      [&](const TagDetection& tag) { return map.Find(tag.id) != nullptr; });
   std::copy_if(searched->doubled_ids.begin(), searched->doubled_ids.end(),
                std::back_inserter(out.doubled_ids),
                [&](int id) { return map.Find(id) != nullptr; });
@@ -274,7 +275,7 @@ MeasuredFrame MeasurementStream::Measure(SearchedFrame* searched, size_t tags_el
     watch = Stopwatch();
   };
   DetectedFrame seen = TakeSeenOf(0, searched);
-  seen.tags_elsewhere = tags_elsewhere;
+  seen.besides.tags_elsewhere = tags_elsewhere;
   out.measurements = MeasureFrame(std::move(seen), options, front_ends_.data());
   for (size_t body = 1; body < front_ends_.size(); ++body) {
     out.of_others.push_back(

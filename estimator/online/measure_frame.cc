@@ -16,7 +16,7 @@ FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options
   const bool hurry = IsUp(options.detection_time_up);
   Stages stages(options.spans);
   stages.Next("track");
-  out.tracks = front_end->Track(out.tags, hurry ? cv::Mat() : frame.image, frame.tags_elsewhere);
+  out.tracks = front_end->Track(out.tags, hurry ? cv::Mat() : frame.image, frame.besides);
   out.cut_short = frame.cut_short || (hurry && !frame.image.empty());
   if (options.after_stage) options.after_stage(FrameStage::kTrack);
   stages.Next("closed form");

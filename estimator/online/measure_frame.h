@@ -18,8 +18,8 @@ struct DetectedFrame {
   bool cut_short = false;  // the time was up before all were looked for
   cv::Mat image;           // empty: none, or a bad one
   std::vector<int> doubled_ids = {};
-  int camera = 0;             // of the rig that saw it
-  size_t tags_elsewhere = 0;  // what its other cameras saw at the same time
+  int camera = 0;  // of the rig that saw it
+  SeenBesides besides = {};
 };
 
 /// Tracks and closed form of the next frame. Where detection's time is up no more is tracked:

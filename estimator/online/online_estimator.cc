@@ -152,7 +152,7 @@ FrameMeasurements OnlineEstimator::Impl::Measure(std::vector<DetectedFrame> of_c
   size_t n_tags = 0;
   for (const DetectedFrame& detected : of_cameras) n_tags += detected.tags.size();
   for (DetectedFrame& detected : of_cameras) {
-    detected.tags_elsewhere = n_tags - detected.tags.size();
+    detected.besides.tags_elsewhere = n_tags - detected.tags.size();
     FrameMeasurements measured = MeasureFrame(std::move(detected), options, &front_ends);
     if (out) {
       AddCamera(measured, &*out);

@@ -5,7 +5,9 @@
 #include <opencv2/video/tracking.hpp>
 #include <utility>
 
+#include "frontend/base/statistics/quantile.h"
 #include "frontend/flow/corner_picker.h"
+#include "frontend/flow/image_shift.h"
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/tag_outline.h"
 
@@ -40,6 +42,10 @@ cv::Point2f ToPoint(const Eigen::Vector2d& pixel) {
   return {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
 }
 
+// Where the answer is known to a pixel or two, one level above the full image will do; so it is on
+// the way back, which starts at the point that it should find.
+int NearLevel(const KltOptions& options) { return std::min(options.pyramid_levels, 1); }
+
 std::vector<cv::Mat> BuildPyramid(const cv::Mat& image, const KltOptions& options) {
   std::vector<cv::Mat> out;
   cv::buildOpticalFlowPyramid(image, out, {options.window_px, options.window_px},
@@ -51,7 +57,8 @@ std::vector<cv::Mat> BuildPyramid(const cv::Mat& image, const KltOptions& option
 
 std::vector<TrackObservation> KltTracker::Track(const cv::Mat& image,
                                                 const std::vector<TagDetection>& tags,
-                                                size_t tags_elsewhere) {
+                                                size_t tags_elsewhere,
+                                                const std::vector<TagDetection>& moving_tags) {
   const bool usable = image.type() == CV_8UC1 && !image.empty();
   if (!usable || (!pyramid_.empty() && pyramid_[0].size() != image.size())) {
     pyramid_.clear();
@@ -72,7 +79,7 @@ std::vector<TrackObservation> KltTracker::Track(const cv::Mat& image,
   std::vector<cv::Mat> pyramid = BuildPyramid(image, options_);
   if (!tracks_.empty()) Follow(pyramid, tags);
   Replenish(image);
-  MarkOnTag(tags);
+  MarkOnTag(tags, moving_tags);
   pyramid_ = std::move(pyramid);
   tags_ = tags;
   return tracks_;
@@ -85,41 +92,71 @@ void KltTracker::BeginInKeptImage() {
   kept_.release();
 }
 
-void KltTracker::Follow(const std::vector<cv::Mat>& pyramid,
-                        const std::vector<TagDetection>& tags) {
-  const auto motion = PredictMotion(tags_, tags);
-  std::vector<cv::Point2f> start, ahead;
-  for (const TrackObservation& track : tracks_) {
-    start.push_back(ToPoint(track.pixel));
-    ahead.push_back(ToPoint(motion ? Transfer(*motion, track.pixel) : track.pixel));
-  }
+KltTracker::Step KltTracker::FollowFrom(const std::vector<cv::Mat>& pyramid,
+                                        std::vector<cv::Point2f> ahead, int levels) const {
+  std::vector<cv::Point2f> start;
+  for (const TrackObservation& track : tracks_) start.push_back(ToPoint(track.pixel));
   const cv::Size window(options_.window_px, options_.window_px);
   const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS,
                                   options_.max_iterations, options_.convergence_px);
   std::vector<uchar> ok, back_ok;
   std::vector<float> difference, back_difference;
-  // Where the answer is known to a pixel or two, one level above the full image will do; so it is
-  // on the way back, which starts at the point that it should find.
-  const int near_level = std::min(options_.pyramid_levels, 1);
-  cv::calcOpticalFlowPyrLK(pyramid_, pyramid, start, ahead, ok, difference, window,
-                           motion ? near_level : options_.pyramid_levels, criteria,
-                           cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(pyramid_, pyramid, start, ahead, ok, difference, window, levels,
+                           criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
   std::vector<cv::Point2f> back = start;
   cv::calcOpticalFlowPyrLK(pyramid, pyramid_, ahead, back, back_ok, back_difference, window,
-                           near_level, criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
+                           NearLevel(options_), criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
   const double max_x = pyramid[0].cols - 1 - options_.border_px;
   const double max_y = pyramid[0].rows - 1 - options_.border_px;
-  std::vector<TrackObservation> followed;
+  const auto is_inside = [&](const Eigen::Vector2d& pixel) {
+    return pixel.x() >= options_.border_px && pixel.y() >= options_.border_px &&
+           pixel.x() <= max_x && pixel.y() <= max_y;
+  };
+  Step out;
+  std::vector<double> right, down;
   for (size_t i = 0; i < tracks_.size(); ++i) {
     const Eigen::Vector2d pixel(ahead[i].x, ahead[i].y);
-    const bool inside = pixel.x() >= options_.border_px && pixel.y() >= options_.border_px &&
-                        pixel.x() <= max_x && pixel.y() <= max_y;
-    if (ok[i] != 0 && back_ok[i] != 0 && inside && difference[i] <= options_.max_difference &&
+    if (ok[i] != 0 && back_ok[i] != 0 && is_inside(pixel) &&
+        difference[i] <= options_.max_difference &&
         cv::norm(back[i] - start[i]) <= options_.forward_backward_px) {
-      followed.push_back({tracks_[i].track_id, pixel, false, tracks_[i].pixel_before});
+      out.followed.push_back({tracks_[i].track_id, pixel, false, tracks_[i].pixel_before});
+      right.push_back(pixel.x() - tracks_[i].pixel.x());
+      down.push_back(pixel.y() - tracks_[i].pixel.y());
     }
   }
-  tracks_ = std::move(followed);
+  if (out.followed.empty()) return out;
+  const Eigen::Vector2d common(Quantile(std::move(right), 0.5), Quantile(std::move(down), 0.5));
+  const auto in_view =
+      std::count_if(tracks_.begin(), tracks_.end(),
+                    [&](const TrackObservation& track) { return is_inside(track.pixel + common); });
+  out.share = static_cast<double>(out.followed.size()) /
+              std::max(static_cast<double>(in_view), static_cast<double>(out.followed.size()));
+  return out;
+}
+
+void KltTracker::Follow(const std::vector<cv::Mat>& pyramid,
+                        const std::vector<TagDetection>& tags) {
+  const auto motion = PredictMotion(tags_, tags);
+  std::vector<cv::Point2f> ahead;
+  for (const TrackObservation& track : tracks_) {
+    ahead.push_back(ToPoint(motion ? Transfer(*motion, track.pixel) : track.pixel));
+  }
+  if (motion) {
+    tracks_ = FollowFrom(pyramid, std::move(ahead), NearLevel(options_)).followed;
+    return;
+  }
+  // Beyond some 40 px the search ends on other edges, most of which are not those, and the few
+  // points that pass every check by themselves are wrong together.
+  constexpr double kMostOfThem = 0.8, kLeast = 0.6;
+  Step step = FollowFrom(pyramid, ahead, options_.pyramid_levels);
+  if (step.share < kMostOfThem) {
+    const cv::Point2f shift = ToPoint(EstimateShift(pyramid_[0], pyramid[0]));
+    for (cv::Point2f& point : ahead) point += shift;
+    Step shifted = FollowFrom(pyramid, std::move(ahead), options_.pyramid_levels);
+    if (shifted.share > step.share) step = std::move(shifted);
+  }
+  tracks_.clear();
+  if (step.share >= kLeast) tracks_ = std::move(step.followed);
 }
 
 void KltTracker::Replenish(const cv::Mat& image) {
@@ -155,10 +192,14 @@ void KltTracker::Replenish(const cv::Mat& image) {
   }
 }
 
-void KltTracker::MarkOnTag(const std::vector<TagDetection>& tags) {
+void KltTracker::MarkOnTag(const std::vector<TagDetection>& tags,
+                           const std::vector<TagDetection>& moving_tags) {
   std::vector<std::array<Eigen::Vector2d, 4>> outlines;
-  outlines.reserve(tags.size());
-  for (const TagDetection& tag : tags) outlines.push_back(GrownOutline(tag, options_.tag_margin));
+  outlines.reserve(tags.size() + moving_tags.size());
+  for (const auto* some : {&tags, &moving_tags}) {
+    for (const TagDetection& tag : *some)
+      outlines.push_back(GrownOutline(tag, options_.tag_margin));
+  }
   for (TrackObservation& track : tracks_) {
     track.on_tag = std::any_of(outlines.begin(), outlines.end(),
                                [&](const auto& outline) { return IsInside(track.pixel, outline); });

@@ -23,7 +23,8 @@ struct TagDetection {
 struct TrackObservation {
   int64_t track_id = -1;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  bool on_tag = false;  // inside a tag seen in this frame: its pixels speak already through the tag
+  bool on_tag =
+      false;  // inside a tag seen in this frame, which speaks already or, of another body, moves
   /// Of a track that is told for the first time, but began in the frame before: where it was there.
   std::optional<Eigen::Vector2d> pixel_before = {};
   int camera = 0;  // of the rig (Rig::cameras) that sees it; "before" is that camera's image before

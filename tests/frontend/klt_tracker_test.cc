@@ -8,34 +8,10 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "tests/support/texture.h"
+
 namespace tagtwist::internal::klt_tracker_test {
 namespace {
-
-// Smooth random texture, the same at any size.
-cv::Mat Texture(int width, int height, unsigned seed = 7) {
-  std::mt19937_64 engine(seed);
-  cv::Mat noise(height, width, CV_8UC1);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) noise.at<uchar>(y, x) = static_cast<uchar>(engine() & 255U);
-  }
-  cv::Mat smooth;
-  cv::GaussianBlur(noise, smooth, {0, 0}, 2.0);
-  cv::normalize(smooth, smooth, 0, 255, cv::NORM_MINMAX);
-  return smooth;
-}
-
-// The part of `world` that a camera sees under an affine motion: image(p) = world(A p + b).
-cv::Mat See(const cv::Mat& world, const Eigen::Matrix2d& a, const Eigen::Vector2d& b) {
-  const cv::Matx23d world_from_image(a(0, 0), a(0, 1), b.x(), a(1, 0), a(1, 1), b.y());
-  cv::Mat image;
-  cv::warpAffine(world, image, world_from_image, {376, 240},
-                 cv::INTER_CUBIC | cv::WARP_INVERSE_MAP);
-  return image;
-}
-
-cv::Mat Shifted(const cv::Mat& world, double x, double y) {
-  return See(world, Eigen::Matrix2d::Identity(), {x, y});
-}
 
 // Waves over the plane, shifted without interpolation: OpenCV's warps are good to 0.05 px only.
 cv::Mat Waves(const Eigen::Vector2d& shift) {
@@ -53,12 +29,6 @@ cv::Mat Waves(const Eigen::Vector2d& shift) {
   cv::Mat image;
   sum.convertTo(image, CV_8U);
   return image;
-}
-
-std::map<int64_t, Eigen::Vector2d> ById(const std::vector<TrackObservation>& tracks) {
-  std::map<int64_t, Eigen::Vector2d> out;
-  for (const auto& track : tracks) out[track.track_id] = track.pixel;
-  return out;
 }
 
 double Median(std::vector<double> values) {
@@ -218,44 +188,6 @@ TEST(KltTracker, TheNumberOfThreadsChangesNothing) {
       EXPECT_EQ(tracks[i].pixel, last[0][i].pixel);
     }
   }
-}
-
-TEST(KltTracker, TagsSaySoAndPredictALargeMotion) {
-  const cv::Mat world = Texture(900, 700);
-  const auto tag_at = [](int id, double x, double y) {
-    TagDetection tag;
-    tag.id = id;
-    tag.corners = {Eigen::Vector2d(x, y + 30), {x + 30, y + 30}, {x + 30, y}, {x, y}};
-    return tag;
-  };
-  const Eigen::Vector2d shift(70, -40);
-  std::vector<TagDetection> before = {tag_at(1, 150, 100), tag_at(2, 250, 60)}, after = before;
-  for (auto& tag : after) {
-    for (auto& corner : tag.corners) corner -= shift;
-  }
-  const auto n_followed = [&](bool with_tags) {
-    KltTracker tracker{KltOptions()};
-    const auto first =
-        tracker.Track(Shifted(world, 200, 200), with_tags ? before : decltype(before)());
-    if (with_tags) {
-      for (const auto& track : first) {
-        const bool on_first = track.pixel.x() > 144.4 && track.pixel.x() < 185.6 &&
-                              track.pixel.y() > 94.4 && track.pixel.y() < 135.6;
-        const bool on_second = track.pixel.x() > 244.4 && track.pixel.x() < 285.6 &&
-                               track.pixel.y() > 54.4 && track.pixel.y() < 95.6;
-        EXPECT_EQ(track.on_tag, on_first || on_second) << track.pixel.transpose();
-      }
-    }
-    const auto then = ById(first);
-    const auto second = ById(tracker.Track(Shifted(world, 200 + shift.x(), 200 + shift.y()),
-                                           with_tags ? after : decltype(after)()));
-    return std::count_if(then.begin(), then.end(), [&](const auto& track) {
-      const auto it = second.find(track.first);
-      return it != second.end() && (track.second - shift - it->second).norm() < 0.3;
-    });
-  };
-  EXPECT_GT(n_followed(true), 120);  // what stays in the image
-  EXPECT_LT(n_followed(false), n_followed(true));
 }
 
 // While tags are enough nothing is followed; then tracks come with their places in the image

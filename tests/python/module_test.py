@@ -111,7 +111,8 @@ class Live(FlightTest):
         states = list(live)
         self.assertEqual([state.body for state in states], ["body", "rest"] * (len(states) // 2))
         self.assertEqual([state.t_ns for state in states[::2]], [state.t_ns for state in states[1::2]])
-        seen = [state for state in states if state.body == "rest" and state.n_tags > 3]
+        # Frames in which the camera sees the mat, too: which are dropped is the machine's, and with them how far it predicts.
+        seen = [state for state in states if state.body == "rest" and state.n_tags > 3 and state.status == "ok"]
         self.assertGreater(len(seen), 3)
         for state in seen:  # it stands where the mat has it
             error = np.abs(state.position - [0, 5 * 0.152 + 5 * 0.152 + 0.026, 0])

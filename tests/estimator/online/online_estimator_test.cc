@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/online/guidance.h"
+#include "frontend/types/nees.h"
 #include "tests/support/flights/flight_scene.h"
 
 namespace tagtwist::internal::online_estimator_test {
@@ -59,6 +60,35 @@ TEST(OnlineEstimator, DetectionsAreFilteredAndImagesBesideThemGiveTracks) {
     EXPECT_EQ(output->current.n_tracks > 0, i < 3) << i;
     EXPECT_LT(ErrorM(output->current, frame), 5e-3);
   }
+}
+
+// No tag is told any more, and images come so rarely that points move 50 to 200 px between them:
+// what tracks then tell is right, or they are given up. Over some starts in a lively flight.
+TEST(OnlineEstimator, TracksThatAreLostTellNothing) {
+  const RenderedFlight flight = MakeRenderedFlight("agile", MakeTagMap(TagGrid()), {});
+  double sum = 0;
+  int n_frames = 0, n_beyond = 0;
+  for (const double start_s : {1.0, 2.5, 4.0, 5.5}) {
+    auto estimator = OnlineEstimator::Create(DefaultConfig());
+    ASSERT_TRUE(estimator);
+    for (int i = 0; i < 22; ++i) {
+      const double t_s = start_s + (i < 16 ? 0.02 * i : 0.3 + 0.08 * (i - 15));
+      const SimulatedFrame frame = flight.simulator.MakeFrame(i, flight.StampAt(t_s));
+      const auto output = estimator->AddTags(
+          frame.t_ns, i < 16 ? frame.detections : std::vector<TagDetection>(), frame.image);
+      ASSERT_TRUE(output);
+      if (i < 16 || output->current.status == FrameStatus::kNoFix) continue;
+      const auto nees =
+          Nees(frame.truth, output->current.state, output->current.covariance, kPoseEntries);
+      ASSERT_TRUE(nees);
+      sum += *nees / 6;
+      ++n_frames;
+      n_beyond += *nees / 6 > 5 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(n_frames, 24);
+  EXPECT_LT(sum / n_frames, 2);  // 1.1
+  EXPECT_EQ(n_beyond, 0);
 }
 
 // A clock whose time is always up, and the stages as they are told.
