@@ -87,16 +87,19 @@ double Update(const Eigen::Vector3d& x, const Eigen::Matrix3d& covariance, Block
   const Eigen::LLT<Eigen::Matrix3d> llt(s);
   const Eigen::Matrix3d root = llt.matrixL();
   const Eigen::Vector3d error = x - Mean(*filter, 0), whitened = llt.matrixL().solve(error);
-  const Eigen::Matrix3d inverse = llt.solve(Eigen::Matrix3d::Identity());
-  Eigen::Matrix3d gain[3];
+  Eigen::Matrix3d known[3], gain[3];  // known' known of the covariance is so from now on
   for (int i = 0; i < 3; ++i) {
-    gain[i].noalias() = Part(*filter, kBlocks[0][i]).transpose().lazyProduct(inverse);
+    known[i] = llt.matrixL().solve(Part(*filter, kBlocks[0][i]));
+    gain[i] = llt.matrixU().solve(known[i]).transpose();
     Mean(filter, i).noalias() += gain[i].lazyProduct(error);
   }
   for (int i = 1; i < 3; ++i) {
+    auto own = Part(filter, kBlocks[i][i]);
+    const Eigen::Vector3d least = 1e-14 * own.diagonal();  // where rounding leaves less than none
     for (int j = i; j < 3; ++j) {
-      Part(filter, kBlocks[i][j]).noalias() -= gain[i].lazyProduct(Part(*filter, kBlocks[0][j]));
+      Part(filter, kBlocks[i][j]).noalias() -= known[i].transpose().lazyProduct(known[j]);
     }
+    own.diagonal() = own.diagonal().cwiseMax(least).eval();
   }
   for (int i = 0; i < 3; ++i) {
     Part(filter, kBlocks[0][i]).noalias() = covariance.lazyProduct(gain[i].transpose());

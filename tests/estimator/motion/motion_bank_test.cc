@@ -213,6 +213,21 @@ TEST(MotionBank, StaysFiniteUnderAbsurdTimes) {
   }
 }
 
+// Long rest makes the livelier classes all but impossible; what comes then makes the calm ones so,
+// which are told of places that are metres apart by what the others knew.
+TEST(MotionBank, VariancesStayPositiveWhereAClassIsImpossible) {
+  for (const WhiteNoiseOn on : {WhiteNoiseOn::kJerk, WhiteNoiseOn::kAcceleration}) {
+    MotionBank bank(AngularBankOptions(on));
+    for (int k = 0; k < 200; ++k) {
+      bank.Predict(k % 5 == 0 ? 0.2 : 0.033);
+      const double x = k % 40 < 20 ? 0 : 2 * std::sin(3.0 * k);
+      bank.Measure({x, 0.3 * x, -x}, Eigen::Vector3d(4e-8, 3e-8, 4e-9).asDiagonal());
+      ASSERT_TRUE(bank.ExcessVariance().allFinite()) << k;
+      ASSERT_GT(bank.MixtureCovariance().diagonal().minCoeff(), on == WhiteNoiseOn::kJerk ? 0 : -1);
+    }
+  }
+}
+
 TEST(MotionBank, MovingTheOriginChangesNothingElse) {
   MotionBank bank{MotionBankOptions()}, moved = bank;
   const Eigen::Matrix3d turn =
