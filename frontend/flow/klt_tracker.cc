@@ -7,6 +7,7 @@
 
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/flow/corner_picker.h"
+#include "frontend/flow/image_noise.h"
 #include "frontend/flow/image_shift.h"
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/tag_outline.h"
@@ -168,18 +169,24 @@ void KltTracker::Replenish(const cv::Mat& image) {
   pick_options.border_px = options_.border_px;
   std::vector<Eigen::Vector2d> taken;
   for (const TrackObservation& track : tracks_) taken.push_back(track.pixel);
+  // Corners of the noise stay where they are in the image, and many of them find others there:
+  // where the floor has few of its own they would say that nothing moves.
+  constexpr double kOfNoise = 6;
   // As long as fainter corners may be had, strong ones in one place do not take their part.
   const int n_cells =
       std::max(static_cast<int>(image.total()) / (kCornerCellPx * kCornerCellPx), 1);
   const int twice_the_share = 2 * options_.max_points / n_cells + 1;
+  const int faintest = std::clamp(static_cast<int>(std::ceil(kOfNoise * EstimateNoise(image))),
+                                  options_.min_fast_threshold, options_.fast_threshold);
   for (;;) {
+    fast_threshold_ = std::max(fast_threshold_, faintest);
     pick_options.threshold = fast_threshold_;
-    const bool is_faintest = fast_threshold_ <= options_.min_fast_threshold;
+    const bool is_faintest = fast_threshold_ <= faintest;
     pick_options.most_in_cell = is_faintest ? options_.max_points : twice_the_share;
     const CornerPick pick = PickCorners(image, taken, pick_options);
     const bool few = static_cast<int>(pick.corners.size()) < pick_options.n_wanted;
     if (few && !is_faintest) {
-      fast_threshold_ = std::max(fast_threshold_ / 2, options_.min_fast_threshold);
+      fast_threshold_ /= 2;
       continue;
     }
     if (pick.n_found > 10 * options_.max_points) {

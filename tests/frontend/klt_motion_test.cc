@@ -82,6 +82,26 @@ TEST(KltMotion, ALargeShiftIsFollowedWithoutTags) {
   }
 }
 
+// A bare floor, shaded, before a camera that moves: the noise is no point of it.
+TEST(KltMotion, NoiseIsNotFollowed) {
+  std::mt19937_64 engine(4);
+  std::normal_distribution<double> noise(0, 2);
+  KltTracker tracker{KltOptions()};
+  std::vector<TrackObservation> tracks;
+  size_t n_seen = 0;
+  for (int frame = 0; frame < 6; ++frame) {
+    cv::Mat image(240, 376, CV_8UC1);
+    for (int y = 0; y < image.rows; ++y) {
+      for (int x = 0; x < image.cols; ++x) {
+        const double shade = 150 + 0.1 * x - 1e-3 * (y - 120) * (y - 120);
+        image.at<uchar>(y, x) = cv::saturate_cast<uchar>(shade + noise(engine));
+      }
+    }
+    n_seen += tracker.Track(image, {}).size();
+  }
+  EXPECT_LT(n_seen, 20U);
+}
+
 // On a sheet of tags, whose corners are alike, the few points that seem to be found after too large
 // a motion are wrong together: no track goes on.
 TEST(KltMotion, AllTracksEndWhereMostAreNotFoundAgain) {
