@@ -65,7 +65,12 @@ TEST(OnlineEstimator, DetectionsAreFilteredAndImagesBesideThemGiveTracks) {
 // No tag is told any more, and images come so rarely that points move 50 to 200 px between them:
 // what tracks then tell is right, or they are given up. Over some starts in a lively flight.
 TEST(OnlineEstimator, TracksThatAreLostTellNothing) {
-  const RenderedFlight flight = MakeRenderedFlight("agile", MakeTagMap(TagGrid()), {});
+  SimulatorOptions options;
+  options.exposure_s = 0;
+  options.renderer.supersampling = 2;
+  const RenderedFlight seen = MakeRenderedFlight("agile", MakeTagMap(TagGrid()), options);
+  options.images = false;
+  const RenderedFlight told = MakeRenderedFlight("agile", MakeTagMap(TagGrid()), options);
   double sum = 0;
   int n_frames = 0, n_beyond = 0;
   for (const double start_s : {1.0, 2.5, 4.0, 5.5}) {
@@ -73,7 +78,7 @@ TEST(OnlineEstimator, TracksThatAreLostTellNothing) {
     ASSERT_TRUE(estimator);
     for (int i = 0; i < 22; ++i) {
       const double t_s = start_s + (i < 16 ? 0.02 * i : 0.3 + 0.08 * (i - 15));
-      const SimulatedFrame frame = flight.simulator.MakeFrame(i, flight.StampAt(t_s));
+      const SimulatedFrame frame = (i < 15 ? told : seen).simulator.MakeFrame(i, told.StampAt(t_s));
       const auto output = estimator->AddTags(
           frame.t_ns, i < 16 ? frame.detections : std::vector<TagDetection>(), frame.image);
       ASSERT_TRUE(output);
