@@ -92,7 +92,7 @@ TEST(OnlineEstimator, TracksThatAreLostTellNothing) {
     }
   }
   EXPECT_EQ(n_frames, 24);
-  EXPECT_LT(sum / n_frames, 2);  // 1.1
+  EXPECT_LT(sum / n_frames, 2);
   EXPECT_EQ(n_beyond, 0);
 }
 
