@@ -1,17 +1,13 @@
 #include "estimator/batch/mirror_stretches.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
-#include "estimator/rig/rig_pose.h"
 #include "estimator/start/mirror.h"
 
 namespace tagtwist::internal {
 namespace {
 
-// Below that angle between both poses [rad] they are one trough, and a path may change over.
-constexpr double kTroughRad = 0.3;
 // Half a sum of squares that no motion makes up for.
 constexpr double kExcluded = 40;
 
@@ -23,12 +19,6 @@ struct OtherPose {
   double cost = 0;       // that it costs more, of whitened corners
   Pose pose;             // where it is open
 };
-
-const Pose& NearestOf(const std::vector<Pose>& poses, const Pose& to) {
-  return *std::min_element(poses.begin(), poses.end(), [&](const Pose& a, const Pose& b) {
-    return AngleBetween(a, to) < AngleBetween(b, to);
-  });
-}
 
 OtherPose MirroredPoseAt(const EstimatorSetup& setup, const NoiseModel& noise,
                          const GraphFrame& frame) {
@@ -44,20 +34,12 @@ OtherPose MirroredPoseAt(const EstimatorSetup& setup, const NoiseModel& noise,
 // Of the minima that a frame's tags have alone those of the state and of the mirrored one.
 OtherPose OpenPose(const EstimatorSetup& setup, const NoiseModel& noise, const GraphFrame& frame) {
   OtherPose out = MirroredPoseAt(setup, noise, frame);
-  const Pose& here = frame.state.world_from_body;
-  const FramePose found = FindPoseOfTags(setup, frame.tags);
-  const auto mirrored = MirroredPoseOf(setup, frame.tags, here);
-  if (found.status != FramePoseStatus::kOk || !mirrored) return out;
-  std::vector<Pose> poses = found.alternatives;
-  poses.push_back(found.world_from_body);
-  const Pose &own = NearestOf(poses, here), &other = NearestOf(poses, *mirrored);
-  const auto cost = CornerCost(setup, noise, frame, own);
-  const auto of_other = CornerCost(setup, noise, frame, other);
-  if (&own == &other || !cost || !of_other) return out;
+  const auto minima = TwoMinimaOf(setup, noise, frame);
+  if (!minima) return out;
   out.is_open = true;
-  out.angle_rad = AngleBetween(here, other);
-  out.cost = *of_other - *cost;
-  out.pose = other;
+  out.angle_rad = AngleBetween(frame.state.world_from_body, minima->other);
+  out.cost = minima->cost;
+  out.pose = minima->other;
   return out;
 }
 
@@ -136,23 +118,6 @@ std::vector<FrameRange> StretchesOf(const FrameRange& run, const std::vector<int
   return out;
 }
 
-// A frame between others follows the nearest one of the range that has a mirrored pose.
-void MoveWithNeighbours(const std::vector<std::optional<Pose>>& moves, int first,
-                        std::vector<GraphFrame>* frames) {
-  const int n = static_cast<int>(moves.size());
-  for (int i = 0; i < n; ++i) {
-    for (int distance = 0; distance < n; ++distance) {
-      const int before = i - distance, after = i + distance;
-      const bool by_before = before >= 0 && moves[static_cast<size_t>(before)].has_value();
-      const bool by_after = after < n && moves[static_cast<size_t>(after)].has_value();
-      if (!by_before && !by_after) continue;
-      Pose& pose = (*frames)[static_cast<size_t>(first + i)].state.world_from_body;
-      pose = *moves[static_cast<size_t>(by_before ? before : after)] * pose;
-      break;
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<OpenRun> FindOpenRuns(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -172,27 +137,6 @@ std::vector<OpenRun> FindOpenRuns(const EstimatorSetup& setup, const NoiseModel&
     if (!run.stretches.empty()) out.push_back(std::move(run));
   }
   return out;
-}
-
-void MirrorFrames(const EstimatorSetup& setup, const FrameRange& range,
-                  std::vector<GraphFrame>* frames) {
-  std::vector<std::optional<Pose>> moves;  // each in front of its pose
-  for (int k = range.first; k <= range.last; ++k) {
-    GraphFrame& frame = (*frames)[static_cast<size_t>(k)];
-    const Pose& pose = frame.state.world_from_body;
-    const auto mirrored =
-        frame.tags.empty() ? std::nullopt : MirroredPoseOf(setup, frame.tags, pose);
-    moves.push_back(mirrored ? std::optional<Pose>(*mirrored * Inverse(pose)) : std::nullopt);
-    frame.acceleration = {};
-  }
-  MoveWithNeighbours(moves, range.first, frames);
-  for (int k = range.first; k <= range.last && range.first < range.last; ++k) {
-    const int from = std::min(k, range.last - 1);
-    const GraphFrame &a = (*frames)[static_cast<size_t>(from)],
-                     &b = (*frames)[static_cast<size_t>(from) + 1];
-    (*frames)[static_cast<size_t>(k)].state.twist =
-        TwistBetween(a.state.world_from_body, b.state.world_from_body, ToSeconds(b.t_ns - a.t_ns));
-  }
 }
 
 }  // namespace tagtwist::internal

@@ -3,13 +3,9 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
+#include "estimator/start/mirror.h"
 
 namespace tagtwist::internal {
-
-/// Frames from the one to the other, both of them.
-struct FrameRange {
-  int first = 0, last = 0;
-};
 
 /// A run of frames whose tags alone leave two poses open (GraphFrame::leaves_open), or lie where
 /// both are one, and the stretches of it that may as well have been seen from the mirrored poses:
@@ -24,10 +20,5 @@ struct OpenRun {
 /// Of solved frames. Takes time only where a frame leaves two poses open.
 std::vector<OpenRun> FindOpenRuns(const EstimatorSetup& setup, const NoiseModel& noise,
                                   const std::vector<GraphFrame>& frames);
-
-/// Puts those frames to their mirrored poses, with twists to match. A frame without tags moves as
-/// the one beside it does.
-void MirrorFrames(const EstimatorSetup& setup, const FrameRange& range,
-                  std::vector<GraphFrame>* frames);
 
 }  // namespace tagtwist::internal

@@ -85,6 +85,13 @@ void TakePose(const PoseMeasurement& pose, FrameEstimate* out) {
   if (out->status == FrameStatus::kPredicted) out->status = FrameStatus::kOk;
 }
 
+// Whether the frame's tags may leave a mirrored pose open, by how well they tell the attitude:
+// where they are many, to ask would cost more than all else of the frame.
+bool MayBeMirrored(const std::optional<PoseCovariance>& bound) {
+  constexpr double kSureRad = 0.01;
+  return !bound || !(bound->topLeftCorner<3, 3>().trace() < kSureRad * kSureRad);
+}
+
 // With its standard deviations multiplied.
 StateCovariance Scaled(const StateCovariance& covariance, const StateVector& by) {
   return by.asDiagonal() * covariance * by.asDiagonal();
@@ -190,6 +197,10 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   }
   const bool is_absurd = !(out.state.twist.v_world.norm() < kFastestMps);
   if (IsMirrorOpen() || seen_[k].is_doubted || is_absurd) out.status = FrameStatus::kNoFix;
+  if (!frame.tags.empty() && MayBeMirrored(out.pose_bound)) {
+    const double doubt = MirrorDoubt(setup_, noise_, likeliest.input.frames);
+    TakeMirrored(setup_, likeliest.input.frames, k, doubt, &out.covariance);
+  }
   if (hypotheses_.size() > 1) {
     const StateVector d = Difference(hypotheses_[1].input.frames[k].state, frame.state);
     if (d.head<3>().norm() > kOpenRad) out.status = FrameStatus::kNoFix;

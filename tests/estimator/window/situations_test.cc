@@ -77,6 +77,20 @@ TEST_P(Situations, SlowTheWindowIsNeverSurelyWrongInOtherDraws) {
   for (const unsigned seed : {2U, 3U, 4U, 5U}) ExpectHonest(GetParam(), seed);
 }
 
+// A small tag seen nearly face-on: which way the body swung no frame tells, and a state that took
+// the wrong side stays there for seconds.
+TEST(FarTag, TheWrongSideIsNeverSure) {
+  for (const unsigned seed : {42U, 51U}) {
+    const SituationDraw draw = DrawSituation(Situation::kFarTag, seed);
+    const WindowRun run = RunWindow(draw.setup, draw.measurements);
+    const SituationScore current = Judge(draw, run.current), lagged = Judge(draw, run.lagged);
+    SCOPED_TRACE("lag 0: " + Text(current) + "; lagged: " + Text(lagged));
+    EXPECT_GT(lagged.position_rms_m, 0.2);  // it does take the wrong side
+    EXPECT_LT(current.nees, 4);
+    EXPECT_LT(lagged.nees, 4);
+  }
+}
+
 // Of the velocity at arrival, over frames after the first hundred: the largest variance, in units
 // of the median one.
 double LargestVariance(const SituationDraw& draw) {
