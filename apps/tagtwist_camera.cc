@@ -25,6 +25,7 @@
 #include "frontend/base/files/atomic_file.h"
 #include "frontend/base/files/run_files.h"
 #include "frontend/base/number_text.h"
+#include "frontend/base/printable.h"
 #include "frontend/io/recordings/data_source.h"
 #include "frontend/io/setup/tag_map_file.h"
 
@@ -116,7 +117,7 @@ CameraJob JobOfFlags(const Limits& limits) {
   CameraJob job;
   job.limits = limits;
   job.warn = [](const std::string& note) {
-    std::cerr << "tagtwist_camera: warning: " << note << "\n";
+    std::cerr << "tagtwist_camera: warning: " << Printable(note) << "\n";
   };
   job.recording = FLAGS_from;
   job.topic = FLAGS_topic;

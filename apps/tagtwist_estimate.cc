@@ -32,6 +32,7 @@
 #include "estimator/report/result_writer.h"
 #include "estimator/result/run_tally.h"
 #include "frontend/base/files/file_set.h"
+#include "frontend/base/printable.h"
 #include "frontend/base/spans.h"
 
 namespace tagtwist::internal {
@@ -92,7 +93,8 @@ void TakeBodies(const EstimateJob& job, const Config& config, std::vector<BodyEs
     const BodyEstimate& other = to->of_others[i];
     const auto& all = to->facts.all_of_others;
     for (const std::string& warning : other.estimate.warnings) {
-      std::cerr << "tagtwist_estimate: warning: " << other.name << ": " << warning << "\n";
+      std::cerr << "tagtwist_estimate: warning: " << other.name << ": " << Printable(warning)
+                << "\n";
     }
     const RunTally tally = TallyOf(other.estimate, i < all.size() ? all[i].get() : nullptr);
     const size_t n = tally.frames.with_state;
@@ -136,7 +138,7 @@ Result<RunResult> EstimateWatched(const EstimateJob& job, const Config& config, 
               << "\n";
   }
   for (const std::string& warning : warnings) {
-    std::cerr << "tagtwist_estimate: warning: " << warning << "\n";
+    std::cerr << "tagtwist_estimate: warning: " << Printable(warning) << "\n";
   }
   return run;
 }

@@ -9,6 +9,7 @@
 #include "apps/support/guarded_main.h"
 #include "estimator/online/config.h"
 #include "frontend/base/files/run_files.h"
+#include "frontend/base/printable.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -54,7 +55,7 @@ Status Simulate(const SimulateJob& job) {
   std::string warning;
   const auto stamps_ns = PrepareStamps(job, *trajectory, &warning);
   if (!stamps_ns) return stamps_ns.error();
-  if (!warning.empty()) std::cerr << "tagtwist_simulate: " << warning << "\n";
+  if (!warning.empty()) std::cerr << "tagtwist_simulate: " << Printable(warning) << "\n";
   if (config->recordings.empty()) {
     const SimulatedCamera only{config->set_up, job.simulator, job.output, *stamps_ns, 0};
     return SimulateCamera(job, only, *trajectory);

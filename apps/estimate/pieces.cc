@@ -11,6 +11,7 @@
 #include "frontend/base/files/input_digest.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/number_text.h"
+#include "frontend/base/printable.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -34,7 +35,7 @@ Status MeasurePiece(const EstimateJob& job, const Config& config) {
   auto source = OpenDataSource(job.dataset, SourceOptions(job, config));
   if (!source) return source.error();
   for (const std::string& note : (*source)->notes()) {
-    std::cerr << "tagtwist_estimate: warning: " << note << "\n";
+    std::cerr << "tagtwist_estimate: warning: " << Printable(note) << "\n";
   }
   CornerPiece piece = PieceOf(job, config, (*source)->stamps_ns());
   const auto range = RangeOf(job.from, job.to, piece.frames);

@@ -16,6 +16,7 @@
 
 #include "frontend/base/files/file_set.h"
 #include "frontend/base/files/partial.h"
+#include "frontend/base/printable.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -44,7 +45,7 @@ void TellLeftovers(const std::string& program, const Outputs& outputs) {
       lines.push_back(left + ": left by a run that was ended: removed");
     }
   }
-  for (const std::string& line : lines) std::cerr << program << ": " << line << "\n";
+  for (const std::string& line : lines) std::cerr << program << ": " << Printable(line) << "\n";
 }
 
 }  // namespace

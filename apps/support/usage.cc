@@ -10,6 +10,7 @@
 #include "apps/support/man_page.h"
 #include "frontend/base/nearest_name.h"
 #include "frontend/base/number_text.h"
+#include "frontend/base/printable.h"
 
 #ifndef TAGTWIST_VERSION
 #define TAGTWIST_VERSION "unknown"
@@ -156,7 +157,7 @@ std::optional<std::string> FirstFlagProblem(
 }
 
 int Fail(const Usage& usage, const std::string& message, int status) {
-  std::cerr << usage.program << ": " << message << std::endl;
+  std::cerr << usage.program << ": " << Printable(message) << std::endl;
   return status;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend/base/printable.h"
 #include "frontend/base/result.h"
 
 namespace tagtwist::internal {
@@ -41,6 +42,7 @@ bool IsTaken(const Result<T>& result) {
   const std::string& message = result.error().message;
   Promise(!message.empty(), "a refusal without a word");
   Promise(message.find('\n') == std::string::npos, "more than one line: " + message);
+  Promise(Printable(message) == message, "a character that a terminal obeys: " + message);
   Promise(message.size() < 4000, "a line too long to read");
   return false;
 }

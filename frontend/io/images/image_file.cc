@@ -72,13 +72,13 @@ std::optional<std::string> FrameSizeFault(uint64_t width, uint64_t height, const
 Result<cv::Mat> DecodeGrayImage(const std::string& bytes, const Limits& limits) {
   if (const auto fault = FormatFault(bytes)) return Error{*fault};
   const auto header = ReadImageHeader(bytes);
-  if (header) {
-    if (const auto fault = FrameSizeFault(header->width, header->height, limits)) {
-      return Error{*fault};
-    }
-    if (header->least_bytes > bytes.size()) return Error{"truncated PNM"};
-  }
   if (!header && BeginsAsPnm(bytes)) return Error{"damaged PNM"};
+  // OpenCV knows of more formats, in some of which a few bytes are an image of any size.
+  if (!header) return Error{"cannot decode, not a PNG, JPEG, TIFF, BMP, WebP or PNM"};
+  if (const auto fault = FrameSizeFault(header->width, header->height, limits)) {
+    return Error{*fault};
+  }
+  if (header->least_bytes > bytes.size()) return Error{"truncated PNM"};
   if (IsPng(bytes)) {
     auto png = DecodeGrayPng(bytes);
     return png ? Result<cv::Mat>(std::move(*png)) : Error{"damaged PNG"};
@@ -91,6 +91,11 @@ Result<cv::Mat> DecodeGrayImage(const std::string& bytes, const Limits& limits) 
     image.release();
   }
   if (image.empty()) return Error{"cannot decode"};
+  // A file may say one thing at its beginning, and another where the decoder looks.
+  if (const auto fault = FrameSizeFault(static_cast<uint64_t>(image.cols),
+                                        static_cast<uint64_t>(image.rows), limits)) {
+    return Error{*fault};
+  }
   return image;
 }
 

@@ -13,9 +13,10 @@ namespace tagtwist::internal {
 /// 32768 x 32768".
 std::optional<std::string> FrameSizeFault(uint64_t width, uint64_t height, const Limits& limits);
 
-/// 8-bit gray image from the bytes of a file (PNG, JPEG, PGM, ...); colour becomes gray, an
-/// orientation in the file is not applied: pixels stay where the camera has them. Errors are a
-/// short reason without any name: "truncated PNG", "cannot decode". PNG and JPEG are checked for
+/// 8-bit gray image from the bytes of a PNG, JPEG, TIFF, BMP, WebP or PNM; colour becomes gray, an
+/// orientation in the file is not applied: pixels stay where the camera has them. Other formats,
+/// whose size nobody knows before they are decoded, are refused. Errors are a short reason without
+/// any name: "truncated PNG", "cannot decode". PNG and JPEG are checked for
 /// wholeness first: their decoders print on stderr or return half an image.
 Result<cv::Mat> DecodeGrayImage(const std::string& bytes, const Limits& limits = {});
 

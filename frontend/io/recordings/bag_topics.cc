@@ -4,13 +4,14 @@
 #include <utility>
 
 #include "frontend/base/nearest_name.h"
+#include "frontend/base/printable.h"
 
 namespace tagtwist::internal {
 namespace {
 
 std::string Listed(const std::vector<std::string>& topics) {
   std::string out;
-  for (const std::string& topic : topics) out += (out.empty() ? "" : ", ") + topic;
+  for (const std::string& topic : topics) out += (out.empty() ? "" : ", ") + Printable(topic);
   return out;
 }
 
@@ -69,7 +70,7 @@ Result<TruthTopic> ChooseTransforms(const std::vector<std::string>& trees,
 
 std::string TruthTopic::Origin() const {
   if (name.empty()) return "";
-  return child.empty() ? "topic " + name : "transforms of " + child + " on " + name;
+  return Printable(child.empty() ? "topic " + name : "transforms of " + child + " on " + name);
 }
 
 Result<TruthTopic> ChooseTruth(const std::vector<std::string>& topics,
@@ -93,8 +94,9 @@ Result<TruthTopic> ChooseTruth(const std::vector<std::string>& topics,
                           Listed(topics)};
   }
   if (trees.empty()) return TruthTopic{};
-  return TruthTopic{"", "no topic has poses; of the transforms on " + trees.front() +
-                            " --truth_topic " + trees.front() + ":CHILD takes those of a frame"};
+  return TruthTopic{"", "no topic has poses; of the transforms on " + Printable(trees.front()) +
+                            " --truth_topic " + Printable(trees.front()) +
+                            ":CHILD takes those of a frame"};
 }
 
 TransformsOfFrame::TransformsOfFrame(TruthTopic topic) : topic_(std::move(topic)) {}

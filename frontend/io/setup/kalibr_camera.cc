@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "frontend/base/printable.h"
 #include "frontend/io/setup/camera_section.h"
 
 namespace tagtwist::internal {
@@ -119,7 +120,7 @@ Result<size_t> Choose(const std::string& file, const std::vector<std::string>& n
   std::string known;
   for (size_t i = 0; i < names.size(); ++i) {
     if (names[i] == name || (name.empty() && names.size() == 1)) return i;
-    known += (known.empty() ? "" : ", ") + names[i];
+    known += (known.empty() ? "" : ", ") + Printable(names[i]);
   }
   return Error{file + ": camera: expected one of " + known + ", got " +
                (name.empty() ? "none (all: as a rig)" : name)};

@@ -8,6 +8,7 @@
 
 #include "frontend/base/files/input_file.h"
 #include "frontend/base/nearest_name.h"
+#include "frontend/base/printable.h"
 #include "frontend/io/setup/yaml_tree.h"
 
 namespace tagtwist::internal {
@@ -121,7 +122,8 @@ void YamlSection::KeepProblem(const std::optional<std::string>& problem) {
   const std::string& prefix = mapping_.key;
   const bool has_name = problem->compare(0, 9, "expected ") != 0;
   const std::string separator = prefix.empty() ? "" : has_name ? "." : ": ";
-  Keep(Error{place.file + ":" + std::to_string(place.line) + ": " + prefix + separator + *problem});
+  Keep(Error{place.file + ":" + std::to_string(place.line) + ": " + prefix + separator +
+             Printable(*problem)});
 }
 
 Status YamlSection::Finish() {

@@ -1,5 +1,7 @@
 #include "frontend/io/setup/yaml_value.h"
 
+#include "frontend/base/printable.h"
+
 namespace tagtwist::internal {
 
 std::string PrintableYaml(const std::string& text) {
@@ -33,7 +35,7 @@ std::string YamlValue::Describe() const {
 Error YamlValue::Refuse(const std::string& expected) const {
   std::string message = file + ":" + std::to_string(line) + ": ";
   if (!key.empty()) message += key + ": ";
-  message += "expected " + expected;
+  message += "expected " + Printable(expected);
   if (expected.find(", got ") == std::string::npos) message += ", got " + Describe();
   return Error{message};
 }

@@ -90,6 +90,15 @@ TEST_F(Ros2Bags, AMistypedTopicIsTold) {
   EXPECT_THAT(Refusal("x.mcap", "/cma"), HasSubstr("did you mean /cam?"));
 }
 
+TEST_F(Ros2Bags, ATopicThatATerminalWouldObeyIsToldWithoutThat) {
+  std::string bag = Mcap("none", Ros2Recording());
+  for (size_t at = 0; (at = bag.find("/cam", at)) != std::string::npos;) {
+    bag.replace(at, 4, "\x1b[\nJ");
+  }
+  Write("x.mcap", bag);
+  EXPECT_THAT(Refusal("x.mcap", "/other"), HasSubstr("expected one of ?[?J"));
+}
+
 TEST_F(Ros2Bags, DamagedOnesAreRefused) {
   const std::string good = Mcap("zstd", Ros2Recording());
   Write("cut.mcap", good.substr(0, good.size() / 2));

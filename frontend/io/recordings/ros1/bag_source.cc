@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "frontend/base/printable.h"
 #include "frontend/io/images/image_file.h"
 #include "frontend/io/recordings/bag_topics.h"
 #include "frontend/io/recordings/data_source_kinds.h"
@@ -74,7 +75,7 @@ std::vector<Sample> ReadSamples(const rosbag::Bag& bag, const std::string& topic
   }
   if (passed_over > 0) {
     notes->push_back(bag.getFileName() + ": passed over " + std::to_string(passed_over) + " of " +
-                     std::to_string(count) + " messages on " + topic +
+                     std::to_string(count) + " messages on " + Printable(topic) +
                      ": without a pose or numbers, or out of order");
   }
   return out;
@@ -142,7 +143,7 @@ class BagSource : public DataSource {
 
  private:
   std::string NameOf(size_t index) const {
-    return path_ + ": " + topic_ + ", message " + std::to_string(index);
+    return path_ + ": " + Printable(topic_) + ", message " + std::to_string(index);
   }
   Status ReadTruth() {
     auto truth = ChooseTruth(TopicsThat(bag_, IsRos1Pose), TopicsThat(bag_, IsRos1Transforms),
@@ -176,14 +177,15 @@ class BagSource : public DataSource {
       ++count;
     }
     const auto growing = KeepGrowing(stamps.Get());
-    if (!growing) return Error{path_ + ": " + topic_ + ": " + growing.error().message};
+    if (!growing) return Error{path_ + ": " + Printable(topic_) + ": " + growing.error().message};
     for (const size_t i : growing->kept) {
       kept_.push_back(readable[i]);
       stamps_ns_.push_back(stamps.Get()[i]);
     }
     if (readable.size() < count) {
       notes_.push_back(path_ + ": passed over " + std::to_string(count - readable.size()) + " of " +
-                       std::to_string(count) + " messages on " + topic_ + " that do not decode");
+                       std::to_string(count) + " messages on " + Printable(topic_) +
+                       " that do not decode");
     }
     if (!growing->All()) {
       notes_.push_back(path_ + ": " +

@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "frontend/base/printable.h"
+
 namespace tagtwist::internal {
 namespace {
 
@@ -59,7 +61,7 @@ Result<std::string> UnpackMcapChunk(std::string_view chunk, const Limits& limits
   } else if (compression == "zstd") {
     out = Zstd(packed, size);
   } else {
-    return Error{"a chunk in the compression \"" + std::string(compression.substr(0, 20)) +
+    return Error{"a chunk in the compression \"" + Printable(compression.substr(0, 20)) +
                  "\", expected lz4, zstd or none"};
   }
   if (!out) return Error{"a damaged chunk"};

@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "frontend/base/printable.h"
 #include "frontend/io/recordings/bag_topics.h"
 #include "frontend/io/recordings/data_source_kinds.h"
 #include "frontend/io/recordings/ros2/ros2_bag.h"
@@ -123,7 +124,7 @@ class Ros2Source : public DataSource {
 
  private:
   std::string NameOf(size_t index) const {
-    return path_ + ": " + topic_ + ", message " + std::to_string(index);
+    return path_ + ": " + Printable(topic_) + ", message " + std::to_string(index);
   }
 
   // Messages that do not decode are passed over, and counted.
@@ -144,11 +145,12 @@ class Ros2Source : public DataSource {
     }
     if (readable.size() < count) {
       notes_.push_back(path_ + ": passed over " + std::to_string(count - readable.size()) + " of " +
-                       std::to_string(count) + " messages on " + topic_ + " that do not decode");
+                       std::to_string(count) + " messages on " + Printable(topic_) +
+                       " that do not decode");
     }
     const std::vector<int64_t> stamps_ns = ChooseStamps(headers_ns, arrivals_ns);
     const auto growing = KeepGrowing(stamps_ns);
-    if (!growing) return Error{path_ + ": " + topic_ + ": " + growing.error().message};
+    if (!growing) return Error{path_ + ": " + Printable(topic_) + ": " + growing.error().message};
     for (const size_t i : growing->kept) {
       kept_.push_back(readable[i]);
       stamps_ns_.push_back(stamps_ns[i]);
@@ -190,7 +192,7 @@ class Ros2Source : public DataSource {
     }
     if (bad + disordered > 0) {
       notes_.push_back(path_ + ": passed over " + std::to_string(bad + disordered) + " of " +
-                       std::to_string(all.size() + bad) + " messages on " + topic +
+                       std::to_string(all.size() + bad) + " messages on " + Printable(topic) +
                        ": without a pose or numbers, or out of order");
     }
     return Ok();

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "frontend/base/printable.h"
 #include "frontend/io/recordings/ros2/ros2_bag.h"
 
 namespace tagtwist::internal {
@@ -81,7 +82,7 @@ class SqliteBag : public Ros2Bag {
     while ((state = sqlite3_step(statement->get())) == SQLITE_ROW) {
       const std::string format = Text(statement->get(), 3);
       if (format != "cdr") {
-        return Error{path_ + ": expected messages in cdr, got " + format +
+        return Error{path_ + ": expected messages in cdr, got " + Printable(format) +
                      ": ros2 bag convert writes such ones"};
       }
       topic_ids_.push_back(sqlite3_column_int64(statement->get(), 0));

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "frontend/base/printable.h"
 #include "frontend/io/setup/camera_file.h"
 #include "frontend/io/setup/kalibr_camera.h"
 #include "frontend/io/setup/rig/tagslam_pose.h"
@@ -166,7 +167,7 @@ Result<std::vector<CameraOfRig>> Chosen(const std::string& path,
     const auto found = std::find_if(all.begin(), all.end(), is_it);
     if (found == all.end()) {
       std::string known;
-      for (const CameraOfRig& one : all) known += (known.empty() ? "" : ", ") + one.name;
+      for (const CameraOfRig& one : all) known += (known.empty() ? "" : ", ") + Printable(one.name);
       return Error{path + ": camera: expected some of " + known + ", got " + name};
     }
     if (std::any_of(out.begin(), out.end(), is_it)) {
