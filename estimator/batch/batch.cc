@@ -233,12 +233,13 @@ Result<Estimate> BatchEstimator::Impl::Solve() const {
   Ways ways, none;
   auto out = SolveWithout(doubled_, &ways);
   // Of twins that are never in one frame only the solution tells: it is made again without them.
-  std::optional<double> least;
+  constexpr double kNoBetter = 1.2;  // than with the twins, which then are none
+  double least = out ? kNoBetter * LargestJolt(out->frames) : 0;
   for (const DoubledTags& way : ways) {
     auto without = SolveWithout(way, &none);
     if (!without) continue;
     const double jolt = LargestJolt(without->frames);
-    if (least && !(jolt < *least)) continue;
+    if (!(jolt < least)) continue;
     least = jolt;
     out = std::move(without);
   }

@@ -26,9 +26,10 @@ using TagsByFrame = std::map<size_t, std::vector<TagDetection>>;
 TagAudit AuditTags(const EstimatorSetup& setup, const SolvedFrames& solved,
                    const TagsByFrame& refused, Estimate* out);
 
-/// Ways to leave out ids that two tags have, the likelier first: those that the solution shows
-/// elsewhere (DoubledTags::AddSolved), and, where these contradict few others, the others. None
-/// where the solution was made with none of the first: a tag that was moved takes part in nothing.
+/// Ways to leave out ids that two tags have: those that the solution shows elsewhere at one place,
+/// in five frames; each of them alone, where they contradict one another; and, where they
+/// contradict few others, those others. None where the solution was made with none of the first: a
+/// tag that was moved takes part in nothing.
 std::vector<DoubledTags> WaysWithoutTwins(const EstimatorSetup& setup, const SolvedFrames& solved,
                                           const DoubledTags& doubled);
 

@@ -120,11 +120,33 @@ class MarkedStamps {
   std::vector<std::optional<int64_t>> stamps_ns_;
 };
 
+// Whether all frames have one size. A camera's have; and where it changes OpenCV reads past the
+// smaller ones.
+class FrameSizes {
+ public:
+  void Take(const AVFrame& frame) {
+    if (count_++ == 0) width_ = frame.width, height_ = frame.height;
+    if (fault_.empty() && (frame.width != width_ || frame.height != height_)) {
+      fault_ = "frame " + std::to_string(count_ - 1) + ": expected " + Text(width_, height_) +
+               " px like the first, got " + Text(frame.width, frame.height);
+    }
+  }
+  const std::string& fault() const { return fault_; }
+
+ private:
+  static std::string Text(int width, int height) {
+    return std::to_string(width) + " x " + std::to_string(height);
+  }
+  int count_ = 0, width_ = 0, height_ = 0;
+  std::string fault_;
+};
+
 // Takes what the decoder has ready.
 void TakeFrames(AVCodecContext* decoder, const AVStream& stream, AVFrame* frame,
-                MarkedStamps* marked, VideoTimes* out) {
+                MarkedStamps* marked, FrameSizes* sizes, VideoTimes* out) {
   const int64_t start = stream.start_time == AV_NOPTS_VALUE ? 0 : stream.start_time;
   while (avcodec_receive_frame(decoder, frame) >= 0) {
+    sizes->Take(*frame);
     const int64_t time = frame->best_effort_timestamp;
     if (time == AV_NOPTS_VALUE) {
       out->stamps_ns.emplace_back();
@@ -186,16 +208,18 @@ Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits)
   const std::unique_ptr<AVFrame, FreeFrame> frame(av_frame_alloc());
   const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
   MarkedStamps marked;
+  FrameSizes sizes;
   while (av_read_frame(input.get(), packet.get()) >= 0) {
     if (packet->stream_index == index) {
       marked.Take(*packet);
       avcodec_send_packet(decoder.get(), packet.get());
-      TakeFrames(decoder.get(), stream, frame.get(), &marked, &out);
+      TakeFrames(decoder.get(), stream, frame.get(), &marked, &sizes, &out);
     }
     av_packet_unref(packet.get());
   }
   avcodec_send_packet(decoder.get(), nullptr);
-  TakeFrames(decoder.get(), stream, frame.get(), &marked, &out);
+  TakeFrames(decoder.get(), stream, frame.get(), &marked, &sizes, &out);
+  if (!sizes.fault().empty()) return Error{path + ": " + sizes.fault()};
   if (marked.stamps_ns().size() == out.stamps_ns.size()) {  // all frames have one
     out.stamps_ns = marked.stamps_ns();
     out.step_s = 0;

@@ -149,10 +149,18 @@ TEST(BatchTwins, ThatAreNeverInOneFrameAreLeftOut) {
   ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, 1, 10, 80);
 }
 
+// A solution that takes now the one and now the other shows neither elsewhere for long.
+TEST(BatchTwins, ThatTakeTurnsInTheSolutionAreLeftOut) {
+  ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, 94, 5);
+  ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, 91, 10);
+}
+
 TEST(BatchTwins, SlowThatAreNeverInOneFrameAreLeftOutInOtherDraws) {
   for (const unsigned seed : {2U, 3U, 4U}) {
     ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, seed);
   }
+  ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, 93, 30, 300);
+  ExpectTwinsLeftOutOfBatch(Situation::kTwinApart, 94, 60);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Situations, testing::ValuesIn(kAll),

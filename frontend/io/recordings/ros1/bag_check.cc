@@ -102,20 +102,6 @@ std::optional<Record> TakeRecord(std::string_view* rest) {
   return out;
 }
 
-// Whether a message's array of bytes, its last member, ends with it: ROS makes room for it first.
-bool IsSoundImage(std::string_view message, bool compressed) {
-  const auto skip = [&](size_t bytes) {
-    message.remove_prefix(std::min(bytes, message.size()));
-    return true;
-  };
-  skip(12);  // sequence and stamp
-  if (!TakeCounted(&message)) return false;
-  if (!compressed) skip(8);  // height and width
-  if (!TakeCounted(&message)) return false;
-  if (!compressed) skip(5);  // byte order and step
-  return TakeCounted(&message).has_value();
-}
-
 class BagCheck {
  public:
   explicit BagCheck(const Limits& limits) : limits_(limits) {}
@@ -228,6 +214,19 @@ class BagCheck {
 };
 
 }  // namespace
+
+bool IsSoundImage(std::string_view message, bool compressed) {
+  const auto skip = [&](size_t bytes) {
+    message.remove_prefix(std::min(bytes, message.size()));
+    return true;
+  };
+  skip(12);  // sequence and stamp
+  if (!TakeCounted(&message)) return false;
+  if (!compressed) skip(8);  // height and width
+  if (!TakeCounted(&message)) return false;
+  if (!compressed) skip(5);  // byte order and step
+  return TakeCounted(&message).has_value();
+}
 
 Status CheckBagRecords(const std::string& path, const Limits& limits) {
   const MappedFile file(path);

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <string_view>
 
 #include "frontend/base/limits.h"
 #include "frontend/base/result.h"
@@ -13,5 +14,9 @@ namespace tagtwist::internal {
 /// headers alone, not at what messages hold.
 /// "x.bag: a damaged bag: the record at byte 13 does not add up".
 Status CheckBagRecords(const std::string& path, const Limits& limits = {});
+
+/// Whether the bytes of a message's array, its last member, are there: ROS makes room for as many
+/// as it announces before it looks. Of a sensor_msgs/Image, or a CompressedImage.
+bool IsSoundImage(std::string_view message, bool compressed);
 
 }  // namespace tagtwist::internal

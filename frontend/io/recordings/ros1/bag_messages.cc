@@ -11,10 +11,13 @@
 #include <sensor_msgs/Imu.h>
 
 #include <algorithm>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "frontend/io/images/image_file.h"
 #include "frontend/io/images/raw_image.h"
+#include "frontend/io/recordings/ros1/bag_check.h"
 #include "frontend/io/trajectories/truth_parts.h"
 
 namespace tagtwist::internal {
@@ -42,6 +45,24 @@ std::optional<TruthSample> ToTruth(int64_t t_ns, const Position& p, const Rotati
   return TruthSample{t_ns, *pose, {}};
 }
 
+std::vector<uint8_t> BytesOf(const rosbag::MessageInstance& instance) {
+  std::vector<uint8_t> bytes(instance.size());
+  ros::serialization::OStream written(bytes.data(), static_cast<uint32_t>(bytes.size()));
+  instance.write(written);
+  return bytes;
+}
+
+// None where the message is of another type, or announces more bytes than it has: a chunk may be
+// compressed, and a connection be told twice, each time with another type.
+template <typename Image>
+boost::shared_ptr<Image> SoundImage(const rosbag::MessageInstance& instance) {
+  constexpr bool kCompressed = std::is_same_v<Image, sensor_msgs::CompressedImage>;
+  if (!instance.isType<Image>()) return nullptr;
+  const std::vector<uint8_t> bytes = BytesOf(instance);
+  const std::string_view message(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return IsSoundImage(message, kCompressed) ? instance.instantiate<Image>() : nullptr;
+}
+
 }  // namespace
 
 bool IsRos1Image(const std::string& type) {
@@ -58,8 +79,8 @@ bool IsRos1Transforms(const std::string& type) {
 }
 
 std::optional<int64_t> Ros1ImageStamp(const rosbag::MessageInstance& instance) {
-  if (const auto raw = instance.instantiate<sensor_msgs::Image>()) return StampOf(*raw);
-  const auto file = instance.instantiate<sensor_msgs::CompressedImage>();
+  if (const auto raw = SoundImage<sensor_msgs::Image>(instance)) return StampOf(*raw);
+  const auto file = SoundImage<sensor_msgs::CompressedImage>(instance);
   return file ? std::optional<int64_t>(StampOf(*file)) : std::nullopt;
 }
 
@@ -115,10 +136,10 @@ std::optional<ImuSample> ReadRos1Imu(const rosbag::MessageInstance& instance) {
 Result<cv::Mat> ReadRos1Image(const rosbag::MessageInstance& instance, const Limits& limits,
                               std::string* problem) {
   Result<cv::Mat> image = cv::Mat();
-  if (const auto raw = instance.instantiate<sensor_msgs::Image>()) {
+  if (const auto raw = SoundImage<sensor_msgs::Image>(instance)) {
     image = GrayFromRaw(
         {raw->encoding, raw->width, raw->height, raw->step, raw->is_bigendian != 0, &raw->data});
-  } else if (const auto file = instance.instantiate<sensor_msgs::CompressedImage>()) {
+  } else if (const auto file = SoundImage<sensor_msgs::CompressedImage>(instance)) {
     image = DecodeGrayImage(std::string(file->data.begin(), file->data.end()), limits);
   }
   if (image) return image;
@@ -130,9 +151,7 @@ Result<cv::Mat> ReadRos1Image(const rosbag::MessageInstance& instance, const Lim
 // Such a message is a list of TransformStamped and nothing else; ROS' own type of it would need a
 // package that brings much besides.
 std::vector<FrameTransform> ReadRos1Transforms(const rosbag::MessageInstance& instance) {
-  std::vector<uint8_t> bytes(instance.size());
-  ros::serialization::OStream written(bytes.data(), static_cast<uint32_t>(bytes.size()));
-  instance.write(written);
+  std::vector<uint8_t> bytes = BytesOf(instance);
   ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
   std::vector<FrameTransform> out;
   uint32_t count = 0;

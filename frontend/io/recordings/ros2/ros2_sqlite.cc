@@ -22,7 +22,7 @@ using Database = std::shared_ptr<sqlite3>;
 using Statement = std::unique_ptr<sqlite3_stmt, FinaliseStatement>;
 
 Error Damaged(const std::string& path, sqlite3* database) {
-  return Error{path + ": no ROS 2 bag, or a damaged one: " + sqlite3_errmsg(database)};
+  return Error{path + ": no ROS 2 bag, or a damaged one: " + Printable(sqlite3_errmsg(database))};
 }
 
 Result<Statement> Prepare(const std::string& path, sqlite3* database, const std::string& sql) {
