@@ -49,13 +49,22 @@ void DoubledTags::AddSolved(const std::vector<int>& used,
                             const std::vector<TagElsewhere>& elsewhere) {
   constexpr int kOften = 5, kNear = 90;
   ++frames_;
+  since_gap_.insert(used.begin(), used.end());
+  agreed_since_gap_ = agreed_since_gap_ || used.size() > 1;
+  if (used.size() == 1 && !elsewhere.empty()) {
+    for (const TagElsewhere& tag : elsewhere) {
+      ++disputes_[used[0]][tag.id];
+      ++disputes_[tag.id][used[0]];
+    }
+  }
   for (const int id : used) {
     if (used.size() > 1) ++agreed_[id];
     const auto known = moved_.find(id);
     if (known != moved_.end()) known->second.AddRight();
   }
-  const bool is_known = used.size() > 1 || (used.size() == 1 && agreed_.count(used[0]) > 0 &&
-                                            agreed_[used[0]] >= kOften);
+  const bool is_known =
+      used.size() > 1 || (used.size() == 1 && agreed_since_gap_ && agreed_.count(used[0]) > 0 &&
+                          agreed_[used[0]] >= kOften);
   if (!is_known) return;
   for (const auto& [id, shift_m, size_m] : elsewhere) {
     History& history = moved_[id];
@@ -66,6 +75,23 @@ void DoubledTags::AddSolved(const std::vector<int>& used,
     history.AddWrong();
     if (history.IsRun()) left_out_.insert(id);
   }
+}
+
+void DoubledTags::LoseTouch() {
+  since_gap_.clear();
+  agreed_since_gap_ = false;
+}
+
+bool DoubledTags::IsAtStake() const {
+  constexpr int kByChance = 1;
+  return !agreed_since_gap_ && std::any_of(since_gap_.begin(), since_gap_.end(), [&](int id) {
+    const auto disputed = disputes_.find(id);
+    if (disputed == disputes_.end()) return false;
+    const auto& rivals = disputed->second;
+    return std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
+      return rival.second > kByChance && !IsLeftOut(rival.first);
+    });
+  });
 }
 
 void DoubledTags::LeaveOut(int id, int frames) {

@@ -24,6 +24,11 @@ class DoubledTags {
   /// two were used, or one that has agreed with another in five frames: of two that never agree
   /// nobody knows which is right.
   void AddSolved(const std::vector<int>& used, const std::vector<TagElsewhere>& elsewhere);
+  /// No frame before is known to be near the next one: there was a gap, or the solution began anew.
+  void LoseTouch();
+  /// Whether all that says where the body is since then are single tags, one of them of an id that
+  /// has contradicted another, and neither is left out: one of twins would put it surely elsewhere.
+  bool IsAtStake() const;
   /// Before a recording is solved again: of what solutions showed, keeps what is left out.
   void ForgetSolved();
   /// Whether tags have ever agreed with one another.
@@ -49,9 +54,12 @@ class DoubledTags {
     bool IsRun() const;
     bool IsOften() const;
   };
-  std::map<int, History> doubled_, moved_;  // by id
-  std::map<int, int> agreed_;               // in frames
-  int64_t frames_ = 0;                      // with a solution
+  std::map<int, History> doubled_, moved_;      // by id
+  std::map<int, int> agreed_;                   // in frames
+  std::set<int> since_gap_;                     // that frames were solved with,
+  bool agreed_since_gap_ = false;               // none of which had two
+  std::map<int, std::map<int, int>> disputes_;  // with another id and no third, in frames
+  int64_t frames_ = 0;                          // with a solution
   std::set<int> left_out_;
 };
 

@@ -52,7 +52,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   }
   if (++frames_since_restart_ > kFramesToSettle) restarts_in_a_row_ = 0;
   JudgeIds(measurement);
-  seen_.back().is_doubted = IsDoubted(hypotheses_[0].input.frames.back());
+  if (IsDoubted(hypotheses_[0].input.frames.back())) seen_.back().is_doubted = true;
   const bool hurried = measurement.cut_short || IsUp(time_up);
   CompareWithMirroredPoses();
   const int newest = static_cast<int>(seen_.size()) - 1;

@@ -24,6 +24,14 @@ bool IsOutOfReach(const Pose& from, const PoseMeasurement& to, double dt_s) {
   return !IsWithinReach(from, Retract(from, nearest), dt_s);
 }
 
+// Of a window's frames the first after its latest gap.
+size_t FirstSinceGap(const std::vector<GraphFrame>& frames) {
+  constexpr double kGapS = 0.2;
+  size_t k = frames.size() - 1;
+  while (k > 0 && ToSeconds(frames[k].t_ns - frames[k - 1].t_ns) <= kGapS) --k;
+  return k;
+}
+
 }  // namespace
 
 // Where the new frame starts; where it cannot follow from those before, the window has been left.
@@ -107,6 +115,8 @@ std::optional<PoseMeasurement> FixedLagSmoother::OutOfReach(const FrameMeasureme
 void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
   if (hypotheses_.size() != 1) return;
   const GraphFrame& frame = hypotheses_[0].input.frames.back();
+  const size_t first = FirstSinceGap(hypotheses_[0].input.frames);
+  if (first + 1 == seen_.size()) doubled_.LoseTouch();
   std::vector<int> used;
   used.reserve(frame.tags.size());
   for (const TagDetection& tag : frame.tags) {
@@ -114,6 +124,8 @@ void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
     if (alone_since_restart_ != tag.id) alone_since_restart_.reset();
   }
   doubled_.AddSolved(used, TagsElsewhere(setup_, frame, measurement.tags));
+  if (!doubled_.IsAtStake()) return;
+  for (size_t k = first; k < seen_.size(); ++k) seen_[k].is_doubted = true;
 }
 
 // Once an id is known to be doubled, frames that were built on one of the two are worth nothing.

@@ -146,7 +146,9 @@ FrameEstimate FixedLagSmoother::EstimateOfUnseen(int state, const Unseen& unseen
   out.closed_form = unseen.closed_form;
   out.n_tracks = unseen.n_tracks;
   out.status =
-      hypotheses_.size() > 1 || IsMirrorOpen() ? FrameStatus::kNoFix : FrameStatus::kPredicted;
+      hypotheses_.size() > 1 || IsMirrorOpen() || seen_[static_cast<size_t>(state)].is_doubted
+          ? FrameStatus::kNoFix
+          : FrameStatus::kPredicted;
   out.state = at->state;
   out.covariance = Scaled(at->covariance, prediction_check_.At(gap_s).OfSigmas());
   out.covariance.diagonal() += more;
