@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
@@ -73,8 +74,10 @@ Result<cv::Mat> DecodeGrayImage(const std::string& bytes, const Limits& limits) 
   if (const auto fault = FormatFault(bytes)) return Error{*fault};
   const auto header = ReadImageHeader(bytes);
   if (!header && BeginsAsPnm(bytes)) return Error{"damaged PNM"};
-  // OpenCV knows of more formats, in some of which a few bytes are an image of any size.
-  if (!header) return Error{"cannot decode, not a PNG, JPEG, TIFF, BMP, WebP or PNM"};
+  // OpenCV tries what knows of more formats, in some of which a few bytes are an image of any size;
+  // its reader of DICOM ends the process at a damaged one.
+  const bool is_dicom = bytes.compare(std::min<size_t>(128, bytes.size()), 4, "DICM") == 0;
+  if (!header || is_dicom) return Error{"cannot decode, no sound PNG, JPEG, TIFF, BMP, WebP or PNM"};
   if (const auto fault = FrameSizeFault(header->width, header->height, limits)) {
     return Error{*fault};
   }

@@ -60,6 +60,9 @@ std::optional<ImageHeader> OfTiff(std::string_view bytes) {
 // pixels are more than bits.
 std::optional<ImageHeader> OfPnm(std::string_view bytes) {
   size_t at = 2;
+  if (at >= bytes.size() || std::isspace(static_cast<unsigned char>(bytes[at])) == 0) {
+    return std::nullopt;
+  }
   const auto next = [&]() -> uint64_t {
     while (at < bytes.size() &&
            (std::isspace(static_cast<unsigned char>(bytes[at])) != 0 || bytes[at] == '#')) {
@@ -87,16 +90,21 @@ std::optional<ImageHeader> OfPnm(std::string_view bytes) {
   return out;
 }
 
+// Of a file that libwebp takes for one.
 std::optional<ImageHeader> OfWebp(std::string_view bytes) {
   const std::string_view kind = bytes.substr(12, 4);
-  if (kind == "VP8X") {
+  if (kind == "VP8X" && Number(bytes, 16, 4, false) == 10) {
     return ImageHeader{Number(bytes, 24, 3, false) + 1, Number(bytes, 27, 3, false) + 1};
   }
-  if (kind == "VP8L") {
+  if (kind == "VP8L" && bytes[20] == 0x2F) {
     const uint64_t bits = Number(bytes, 21, 4, false);
     return ImageHeader{(bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1};
   }
-  return ImageHeader{Number(bytes, 26, 2, false) & 0x3FFF, Number(bytes, 28, 2, false) & 0x3FFF};
+  const bool is_key_frame = (Number(bytes, 20, 1, false) & 1) == 0;
+  if (kind == "VP8 " && is_key_frame && bytes.substr(23, 3) == "\x9D\x01\x2A") {
+    return ImageHeader{Number(bytes, 26, 2, false) & 0x3FFF, Number(bytes, 28, 2, false) & 0x3FFF};
+  }
+  return std::nullopt;
 }
 
 // A BMP's height is negative where its rows come from the top.
@@ -114,11 +122,13 @@ bool BeginsAsPnm(std::string_view bytes) {
   return bytes.size() > 1 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6';
 }
 
-std::optional<ImageHeader> ReadImageHeader(std::string_view bytes) {
+namespace {
+
+std::optional<ImageHeader> OfAnyFormat(std::string_view bytes) {
   constexpr size_t kLeastBytes = 30;
   if (BeginsAsPnm(bytes)) return OfPnm(bytes);
   if (bytes.size() < kLeastBytes) return std::nullopt;
-  if (StartsWith(bytes, "\x89PNG")) {
+  if (StartsWith(bytes, "\x89PNG\r\n\x1a\n")) {
     return ImageHeader{Number(bytes, 16, 4, true), Number(bytes, 20, 4, true)};
   }
   if (StartsWith(bytes, "\xFF\xD8\xFF")) return OfJpeg(bytes);
@@ -126,6 +136,13 @@ std::optional<ImageHeader> ReadImageHeader(std::string_view bytes) {
   if (StartsWith(bytes, "BM")) return OfBmp(bytes);
   if (StartsWith(bytes, "RIFF") && bytes.substr(8, 4) == "WEBP") return OfWebp(bytes);
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<ImageHeader> ReadImageHeader(std::string_view bytes) {
+  const auto header = OfAnyFormat(bytes);
+  return header && header->width > 0 && header->height > 0 ? header : std::nullopt;
 }
 
 }  // namespace tagtwist::internal

@@ -15,7 +15,8 @@ struct ImageHeader {
 bool BeginsAsPnm(std::string_view bytes);
 
 /// Read from the bytes of a PNG, JPEG, TIFF, BMP, WebP or PNM, before anything is decoded; nullopt:
-/// another format, or its header is cut. Sizes as in those formats' specifications.
+/// another format, or its header is cut or says that there is no pixel. Sizes as in those formats'
+/// specifications; what has one is no other format to any library.
 std::optional<ImageHeader> ReadImageHeader(std::string_view bytes);
 
 }  // namespace tagtwist::internal

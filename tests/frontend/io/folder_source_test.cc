@@ -88,7 +88,7 @@ TEST_F(FolderSource, SurvivesASingleBadImage) {
   const std::string png = ReadText(Image(1));
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "empty file"},
-      {"garbage", "cannot decode, not a PNG, JPEG, TIFF, BMP, WebP or PNM"},
+      {"garbage", "cannot decode, no sound PNG, JPEG, TIFF, BMP, WebP or PNM"},
       {png.substr(0, png.size() / 2), "truncated PNG"},
       {png.substr(0, png.size() - 5), "truncated PNG"},
       {png.substr(0, 100) + "?" + png.substr(101), "damaged PNG"}};
