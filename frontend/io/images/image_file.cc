@@ -77,7 +77,8 @@ Result<cv::Mat> DecodeGrayImage(const std::string& bytes, const Limits& limits) 
   // OpenCV tries what knows of more formats, in some of which a few bytes are an image of any size;
   // its reader of DICOM ends the process at a damaged one.
   const bool is_dicom = bytes.compare(std::min<size_t>(128, bytes.size()), 4, "DICM") == 0;
-  if (!header || is_dicom) return Error{"cannot decode, no sound PNG, JPEG, TIFF, BMP, WebP or PNM"};
+  if (!header || is_dicom)
+    return Error{"cannot decode, no sound PNG, JPEG, TIFF, BMP, WebP or PNM"};
   if (const auto fault = FrameSizeFault(header->width, header->height, limits)) {
     return Error{*fault};
   }
