@@ -87,8 +87,8 @@ std::string OneLine(std::string text) {
 }
 
 Error Damaged(const std::string& path, const std::exception& fault) {
-  return Error{path +
-               ": a damaged bag, or one whose recording was not ended: " + OneLine(fault.what())};
+  return Error{path + ": a damaged bag, or one whose recording was not ended: " +
+               Printable(OneLine(fault.what()))};
 }
 
 class BagSource : public DataSource {
