@@ -126,7 +126,6 @@ std::vector<DoubledTags> WaysWithoutTwins(const EstimatorSetup& setup, const Sol
   std::vector<DoubledTags> out;
   const auto leave_out = [&](const std::map<int, int>& ids) {
     DoubledTags without = doubled;
-    without.ForgetSolved();
     for (const auto& [id, frames] : ids) without.LeaveOut(id, frames);
     if (out.size() < kMostWays) out.push_back(std::move(without));
   };

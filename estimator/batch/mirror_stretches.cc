@@ -34,12 +34,12 @@ OtherPose MirroredPoseAt(const EstimatorSetup& setup, const NoiseModel& noise,
 // Of the minima that a frame's tags have alone those of the state and of the mirrored one.
 OtherPose OpenPose(const EstimatorSetup& setup, const NoiseModel& noise, const GraphFrame& frame) {
   OtherPose out = MirroredPoseAt(setup, noise, frame);
-  const auto minima = TwoMinimaOf(setup, noise, frame);
-  if (!minima) return out;
+  const auto other = OtherMinimumOf(setup, noise, frame);
+  if (!other) return out;
   out.is_open = true;
-  out.angle_rad = AngleBetween(frame.state.world_from_body, minima->other);
-  out.cost = minima->cost;
-  out.pose = minima->other;
+  out.angle_rad = AngleBetween(frame.state.world_from_body, other->pose);
+  out.cost = other->cost;
+  out.pose = other->pose;
   return out;
 }
 

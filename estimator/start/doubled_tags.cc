@@ -1,7 +1,6 @@
 #include "estimator/start/doubled_tags.h"
 
 #include <algorithm>
-#include <iterator>
 
 #include "frontend/base/format_text.h"
 
@@ -97,14 +96,6 @@ bool DoubledTags::IsAtStake() const {
 void DoubledTags::LeaveOut(int id, int frames) {
   moved_[id].wrong += frames;
   left_out_.insert(id);
-}
-
-void DoubledTags::ForgetSolved() {
-  agreed_.clear();
-  frames_ = 0;
-  for (auto moved = moved_.begin(); moved != moved_.end();) {
-    moved = IsLeftOut(moved->first) ? std::next(moved) : moved_.erase(moved);
-  }
 }
 
 void DoubledTags::TakeOut(std::vector<TagDetection>* tags) const {

@@ -29,8 +29,6 @@ class DoubledTags {
   /// Whether all that says where the body is since then are single tags, one of them of an id that
   /// has contradicted another, and neither is left out: one of twins would put it surely elsewhere.
   bool IsAtStake() const;
-  /// Before a recording is solved again: of what solutions showed, keeps what is left out.
-  void ForgetSolved();
   /// Whether tags have ever agreed with one another.
   bool any_agreed() const { return !agreed_.empty(); }
   bool IsLeftOut(int id) const { return left_out_.count(id) > 0; }

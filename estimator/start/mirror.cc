@@ -61,8 +61,8 @@ std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& no
   return Mirror{AngleBetween(pose, *mirrored), *of_mirrored - *cost};
 }
 
-std::optional<TwoMinima> TwoMinimaOf(const EstimatorSetup& setup, const NoiseModel& noise,
-                                     const GraphFrame& frame) {
+std::optional<OtherMinimum> OtherMinimumOf(const EstimatorSetup& setup, const NoiseModel& noise,
+                                           const GraphFrame& frame) {
   const Pose& here = frame.state.world_from_body;
   const FramePose found = FindPoseOfTags(setup, frame.tags);
   const auto mirrored = MirroredPoseOf(setup, frame.tags, here);
@@ -73,7 +73,7 @@ std::optional<TwoMinima> TwoMinimaOf(const EstimatorSetup& setup, const NoiseMod
   const auto cost = CornerCost(setup, noise, frame, own);
   const auto of_other = CornerCost(setup, noise, frame, other);
   if (&own == &other || !cost || !of_other) return std::nullopt;
-  return TwoMinima{own, other, *of_other - *cost};
+  return OtherMinimum{other, *of_other - *cost};
 }
 
 void MirrorFrames(const EstimatorSetup& setup, const FrameRange& range,

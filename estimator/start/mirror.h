@@ -28,16 +28,16 @@ struct Mirror {
 std::optional<Mirror> MirrorOf(const EstimatorSetup& setup, const NoiseModel& noise,
                                const GraphFrame& frame);
 
-/// The two minima that a frame's tags have by themselves, one near a pose and one near its mirrored
-/// one.
-struct TwoMinima {
-  Pose near, other;
-  double cost = 0;  // half the sum of squares that the other one has more, of whitened corners
+/// Of the two minima that a frame's tags have by themselves, one near its state's pose and one near
+/// the mirrored one, the latter.
+struct OtherMinimum {
+  Pose pose;
+  double cost = 0;  // half the sum of squares that it has more than the first, of whitened corners
 };
 
 /// nullopt where the tags have no such minima.
-std::optional<TwoMinima> TwoMinimaOf(const EstimatorSetup& setup, const NoiseModel& noise,
-                                     const GraphFrame& frame);
+std::optional<OtherMinimum> OtherMinimumOf(const EstimatorSetup& setup, const NoiseModel& noise,
+                                           const GraphFrame& frame);
 
 /// Below that angle between both poses [rad] they are one trough, and a path may change over.
 inline constexpr double kTroughRad = 0.3;
