@@ -17,7 +17,6 @@
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
-#include "estimator/graph/pose_bound.h"
 #include "estimator/graph/reprojection.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/result/tag_audit.h"
@@ -63,6 +62,9 @@ class BatchEstimator::Impl {
                                 Ways* ways) const;
   Result<Estimate> SolveFor(const Measurements& measurements, const DoubledTags& doubled,
                             Ways* ways) const;
+  // With an IMU or by tags alone.
+  Result<Estimate> SolveBy(const std::optional<ImuRecord>& imu, const Measurements& measurements,
+                           const DoubledTags& doubled, Ways* ways) const;
 
   // Solves and learns, again and again without the tags that the solution contradicts. Leaves in
   // `input` the states and the tags that were used, in `open` what these leave open.
@@ -70,13 +72,6 @@ class BatchEstimator::Impl {
                                         const std::vector<int>& state_of_frame,
                                         const std::vector<FrameRange>& gaps, GraphInput* input,
                                         NoiseModel* noise, std::vector<OpenAccounts>* open) const;
-  // The rows of all frames, from where the graph has them; of those that had no state in it (-1)
-  // from the trajectory.
-  void FillFrames(const Measurements& measurements, std::vector<GraphFrame> solved,
-                  const std::vector<int>& state_of_frame,
-                  const std::vector<StateCovariance>& covariances,
-                  const std::optional<SteadyClock>& clock, Estimate* out) const;
-
   EstimatorSetup setup_;
   SpanObserver* spans_;
   std::optional<ImuRecord> imu_;
@@ -141,42 +136,20 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
   return decide(std::move(solution));
 }
 
-void BatchEstimator::Impl::FillFrames(const Measurements& measurements,
-                                      std::vector<GraphFrame> solved,
-                                      const std::vector<int>& state_of_frame,
-                                      const std::vector<StateCovariance>& covariances,
-                                      const std::optional<SteadyClock>& clock,
-                                      Estimate* out) const {
-  const auto fill = [&](size_t i) {
-    const int k = state_of_frame[i];
-    GraphFrame& frame = solved[i];
-    StateAndCovariance at{frame.state, StateCovariance::Zero()};
-    // A row says where the body was when its frame was taken; the stamp is the frame's name.
-    if (k >= 0) {
-      at.covariance = covariances[static_cast<size_t>(k)];
-    } else {
-      at = *out->trajectory.At(frame.t_ns);
-      if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);
-    }
-    const auto bound =
-        PoseBound(setup_, out->noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
-    frame.t_ns = measurements[i].t_ns;
-    frame.state = at.state;
-    if (!clock && setup_.options.stamp_sigma_s) {
-      at.covariance += OfClock(at.state, *setup_.options.stamp_sigma_s);
-    }
-    out->frames[i] =
-        ToFrameEstimate(measurements[i].closed_form, n_tracks_[i], frame, at.covariance);
-    out->frames[i].pose_bound = bound;
-  };
-  out->frames.resize(solved.size());
-  setup_.for_ranges(solved.size(), [&](size_t first, size_t last) {
-    for (size_t i = first; i < last; ++i) fill(i);
-  });
-}
-
 Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements,
                                                 const DoubledTags& doubled, Ways* ways) const {
+  auto out = SolveBy(imu_, measurements, doubled, ways);
+  if (!out || !out->imu) return out;
+  Ways none;
+  if (auto by_tags = SolveBy({}, measurements, doubled, &none)) {
+    TakeSurer(std::move(*by_tags), &*out);
+  }
+  return out;
+}
+
+Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& imu,
+                                               const Measurements& measurements,
+                                               const DoubledTags& doubled, Ways* ways) const {
   Stages stages(spans_);
   stages.Next("start");
   auto starts = StartFrames(setup_, measurements);
@@ -196,9 +169,9 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
       SolveWithTrustedTags(measurements, state_of_frame, gaps, &input, &out.noise, &open);
   if (!solution) return solution.error();
 
-  if (imu_) stages.Next("imu");
+  if (imu) stages.Next("imu");
   const std::vector<Eigen::VectorXd> of_imu = TakeImu(
-      setup_, imu_, measurements, *starts, {&state_of_frame, &open, &input, &*solution}, &out);
+      setup_, imu, measurements, *starts, {&state_of_frame, &open, &input, &*solution}, &out);
   stages.Next("covariance");
   std::vector<StateCovariance> covariances =
       out.imu ? BodyCovariances(solution->covariance)
@@ -218,7 +191,7 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   const TagAudit audit = AuditTags(setup_, solved, refused_, &out);
   for (std::string& warning : doubled.Warnings()) out.warnings.push_back(std::move(warning));
   *ways = WaysWithoutTwins(setup_, solved, doubled);
-  FillFrames(measurements, std::move(*starts), state_of_frame, covariances, clock, &out);
+  FillFrames(setup_, solved, covariances, n_tracks_, clock, &out);
   TellAmbiguous(ambiguous, around, &out.frames);
   for (std::string& warning : audit.Warnings()) out.warnings.push_back(std::move(warning));
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "estimator/graph/pose_bound.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/prior_power.h"
 #include "estimator/systematic/systematic_errors.h"
@@ -95,6 +96,36 @@ void PutBack(const std::vector<int>& state_of_frame, const Trajectory& trajector
       frame.state = trajectory.At(frame.t_ns)->state;
     }
   }
+}
+
+void FillFrames(const EstimatorSetup& setup, const SolvedFrames& solved,
+                const std::vector<StateCovariance>& covariances, const std::vector<int>& n_tracks,
+                const std::optional<SteadyClock>& clock, Estimate* out) {
+  const auto fill = [&](size_t i) {
+    const int k = solved.state_of_frame[i];
+    const GraphFrame& frame = solved.frames[i];
+    StateAndCovariance at{frame.state, StateCovariance::Zero()};
+    // A row says where the body was when its frame was taken; the stamp is the frame's name.
+    if (k >= 0) {
+      at.covariance = covariances[static_cast<size_t>(k)];
+    } else {
+      at = *out->trajectory.At(frame.t_ns);
+      if (clock) at.covariance += OfClock(at.state, clock->sigma_s[i]);
+    }
+    if (!clock && setup.options.stamp_sigma_s) {
+      at.covariance += OfClock(at.state, *setup.options.stamp_sigma_s);
+    }
+    FrameEstimate& row = out->frames[i];
+    row = ToFrameEstimate(solved.measurements[i].closed_form, n_tracks[i], frame, at.covariance);
+    row.t_ns = solved.measurements[i].t_ns;
+    row.state = at.state;
+    row.pose_bound =
+        PoseBound(setup, out->noise.corner_sigma_px, frame.state.world_from_body, frame.tags);
+  };
+  out->frames.resize(solved.frames.size());
+  setup.for_ranges(solved.frames.size(), [&](size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) fill(i);
+  });
 }
 
 }  // namespace tagtwist::internal

@@ -1,14 +1,18 @@
 #pragma once
+#include <optional>
 #include <vector>
 
+#include "estimator/batch/batch_audit.h"
 #include "estimator/graph/graph.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/graph/trajectory.h"
 #include "estimator/linear/block_banded.h"
+#include "estimator/result/estimate.h"
 #include "estimator/result/systematic_share.h"
 #include "estimator/solve/smoother.h"
+#include "estimator/start/steady_clock.h"
 #include "frontend/types/body_state.h"
 
 namespace tagtwist::internal {
@@ -47,5 +51,11 @@ SystematicShare AddSystematic(const EstimatorSetup& setup, const NoiseModel& noi
 /// Frames with a state out of the input again; the others take theirs from the trajectory.
 void PutBack(const std::vector<int>& state_of_frame, const Trajectory& trajectory,
              GraphInput* input, std::vector<GraphFrame>* frames);
+
+/// The rows of all frames, from where the graph has them; of those that had no state in it (-1)
+/// from the trajectory.
+void FillFrames(const EstimatorSetup& setup, const SolvedFrames& solved,
+                const std::vector<StateCovariance>& covariances, const std::vector<int>& n_tracks,
+                const std::optional<SteadyClock>& clock, Estimate* out);
 
 }  // namespace tagtwist::internal

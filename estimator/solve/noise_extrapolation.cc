@@ -6,6 +6,12 @@
 #include "estimator/graph/noise_model.h"
 
 namespace tagtwist::internal {
+namespace {
+
+// Just below what UpdateNoise lets a deviation's logarithm move by, ln(10) / 2.
+constexpr double kLongestStepOfDeviation = 1.15;
+
+}  // namespace
 
 NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& updated) {
   const auto logs = [](const NoiseModel& m) {
@@ -21,6 +27,9 @@ NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& 
   }
   for (size_t i = 0; i < 4; ++i) {
     const double shrink = (*last_step_)[i] == 0 ? 0 : step[i] / (*last_step_)[i];
+    // A deviation whose step was cut short (UpdateNoise) says nothing of where it would end.
+    const bool is_deviation = i < 2;
+    if (is_deviation && std::abs((*last_step_)[i]) > kLongestStepOfDeviation) continue;
     // Only a steady geometric approach is carried on, and not beyond what can be believed. A
     // density that the data want to be zero falls by ever the same factor.
     constexpr double kSteady = 0.98;

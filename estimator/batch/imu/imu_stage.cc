@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "estimator/batch/batch_states.h"
+#include "estimator/imu/surer_states.h"
 #include "estimator/result/imu_left_out.h"
 #include "estimator/solve/contradictions.h"
 
@@ -80,6 +81,15 @@ std::vector<Eigen::VectorXd> TakeImu(const EstimatorSetup& setup,
   out->noise = stage->solved.noise;
   out->imu = stage->solved.found;
   return std::move(stage->solved.shared_errors);
+}
+
+void TakeSurer(Estimate by_tags, Estimate* out) {
+  SurerStates surer;
+  size_t n_by_tags = 0;
+  for (size_t i = 0; i < out->frames.size(); ++i) {
+    if (surer.Choose(by_tags.frames[i], &out->frames[i])) ++n_by_tags;
+  }
+  if (2 * n_by_tags > out->frames.size()) out->trajectory = std::move(by_tags.trajectory);
 }
 
 }  // namespace tagtwist::internal

@@ -29,4 +29,8 @@ std::vector<Eigen::VectorXd> TakeImu(const EstimatorSetup& setup,
                                      const std::vector<GraphFrame>& stamped,
                                      const SolvedByTags& solved, Estimate* out);
 
+/// Of each frame of `out`, which has the IMU, the state that is surer (SurerStates); between the
+/// frames the trajectory that most of them are of.
+void TakeSurer(Estimate by_tags, Estimate* out);
+
 }  // namespace tagtwist::internal

@@ -59,14 +59,14 @@ void WindowImu::AddTo(const FrameMeasurements& measurement, const NoiseModel& no
   if (frames_.empty() && model_ && has_tags_state) {
     BeginFromTags(out->current, TagsOfState(measurement, *out), noise);
   }
-  TakeInto(&out->current);
+  TakeInto(&at_arrival_, &out->current);
   AddTo(&out->lagged);
   if (static_cast<int>(frames_.size()) > setup_.options.window_frames) LetOldestLeave();
   DropOldSamples();
 }
 
 void WindowImu::AddTo(std::vector<FrameEstimate>* lagged) {
-  for (FrameEstimate& frame : *lagged) TakeInto(&frame);
+  for (FrameEstimate& frame : *lagged) TakeInto(&at_lag_, &frame);
   if (lagged->empty()) return;
   while (!left_.empty() && left_.front().t_ns <= lagged->back().t_ns) left_.pop_front();
 }
@@ -206,10 +206,14 @@ void WindowImu::LetOldestLeave() {
   covariance_ = std::move(rest);
 }
 
-void WindowImu::TakeInto(FrameEstimate* frame) const {
+void WindowImu::TakeInto(SurerStates* surer, FrameEstimate* frame) const {
   const auto take = [&](const BodyState& state, const StateCovariance& covariance, bool has_tags) {
-    frame->state = state;
-    frame->covariance = covariance;
+    FrameEstimate by_both = *frame;
+    by_both.state = state;
+    by_both.covariance = covariance;
+    const bool are_by_tags = surer->Choose(*frame, &by_both);
+    *frame = std::move(by_both);
+    if (are_by_tags) return;
     if (!has_tags) frame->status = FrameStatus::kPredicted;
     if (has_tags && frame->status != FrameStatus::kHurried) frame->status = FrameStatus::kOk;
   };

@@ -8,6 +8,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/trajectory.h"
 #include "estimator/imu/imu_solve.h"
+#include "estimator/imu/surer_states.h"
 #include "estimator/result/estimate.h"
 #include "estimator/solve/quadratic_chain.h"
 #include "estimator/window/imu/calibration_border.h"
@@ -18,10 +19,11 @@ namespace tagtwist::internal {
 
 /// An IMU in the states of a window. The window of tags goes on by itself, chooses the tags and
 /// starts anew where it must; beside it the same frames and those without tags are a chain with the
-/// IMU's factors, whose states take the place of the window's. It begins with the calibration that
-/// the frames of the first second say (SolveWithImu), which is then estimated with the states
-/// (CalibrationBorder), and anew with what more frames say of the IMU's noise. What contradicts the
-/// tags, has a hole, or is too uncertain ends the chain; the next state by tags begins another.
+/// IMU's factors, whose states take the place of the window's where they are surer (SurerStates).
+/// It begins with the calibration that the frames of the first second say (SolveWithImu), which is
+/// then estimated with the states (CalibrationBorder), and anew with what more frames say of the
+/// IMU's noise. What contradicts the tags, has a hole, or is too uncertain ends the chain; the next
+/// state by tags begins another.
 class WindowImu {
  public:
   WindowImu(EstimatorSetup setup, const ImuOptions& options);
@@ -62,7 +64,7 @@ class WindowImu {
   bool Contradicts(const NoiseModel& noise) const;
   void End();
   void LetOldestLeave();
-  void TakeInto(FrameEstimate* frame) const;
+  void TakeInto(SurerStates* surer, FrameEstimate* frame) const;
   void DropOldSamples();
 
   EstimatorSetup setup_;
@@ -78,6 +80,7 @@ class WindowImu {
   QuadraticChain chain_;
   BlockBandedMatrix covariance_{0, 0};
   std::deque<Left> left_;  // not yet told at the lag
+  SurerStates at_arrival_, at_lag_;
 };
 
 }  // namespace tagtwist::internal

@@ -4,6 +4,10 @@
 
 #include <cmath>
 
+#include "estimator/batch/batch.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/imu_flight.h"
+
 namespace tagtwist::internal::noise_extrapolation_test {
 namespace {
 
@@ -46,6 +50,26 @@ TEST(NoiseExtrapolation, AJumpIsAtMostAFactorOfESquared) {
   NoiseExtrapolation rounds;
   rounds.Next(Off(5), Off(4));
   ExpectNear(rounds.Next(Off(4), Off(3)), Off(1));
+}
+
+// A deviation that falls from 0.5 to 0.05 is cut short at 0.158: it was carried on to 0.007 and
+// back to 0.37, and so on, and learned as whatever the last round left.
+TEST(NoiseExtrapolation, StepsOfADeviationThatWereCutShortAreNotCarriedOn) {
+  NoiseModel models[3] = {Off(0), Off(0), Off(0)};
+  const double sigmas_px[3] = {0.5, 0.5 * std::sqrt(0.1), 0.05001};
+  for (int i = 0; i < 3; ++i) models[i].corner_sigma_px = sigmas_px[i];
+  NoiseExtrapolation rounds;
+  rounds.Next(models[0], models[1]);
+  EXPECT_EQ(rounds.Next(models[1], models[2]).corner_sigma_px, sigmas_px[2]);
+}
+
+TEST(NoiseExtrapolation, TheCornersOfAFlightAreLearnedAsTheyAre) {
+  ImuFlightOptions options;
+  options.duration_s = 3;
+  options.corner_noise_px = 0.05;
+  const auto solved = RunBatch(CourseSetUp(), {}, SimulateWithImu("hover", options).measurements);
+  ASSERT_TRUE(solved);
+  EXPECT_NEAR(solved->noise.corner_sigma_px, 0.05, 0.005);
 }
 
 }  // namespace

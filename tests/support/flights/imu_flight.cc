@@ -19,7 +19,7 @@ ImuFlight SimulateWithImu(const std::string& name, const ImuFlightOptions& optio
   SimulatorOptions drawn;
   drawn.images = false;
   drawn.random_seed = options.seed;
-  drawn.corner_noise_px = 0.15;
+  drawn.corner_noise_px = options.corner_noise_px;
   drawn.gyro_noise_radps = options.gyro_noise_radps;
   drawn.accel_noise_mps2 = options.accel_noise_mps2;
   drawn.gyro_bias_radps = 0.02;
@@ -55,10 +55,12 @@ ImuFlightErrors ErrorsOf(const std::vector<FrameEstimate>& frames, const ImuFlig
     out.largest_m = std::max(out.largest_m, d.segment<3>(3).norm());
     out.position_m += d.segment<3>(3).squaredNorm();
     out.velocity_mps += d.segment<3>(6).squaredNorm();
+    out.rate_radps += d.tail<3>().squaredNorm();
     ++out.n;
   }
   out.position_m = std::sqrt(out.position_m / out.n);
   out.velocity_mps = std::sqrt(out.velocity_mps / out.n);
+  out.rate_radps = std::sqrt(out.rate_radps / out.n);
   out.nees_pose /= out.n;
   out.nees_twist /= out.n;
   return out;

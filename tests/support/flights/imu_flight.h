@@ -13,7 +13,8 @@ namespace tagtwist::internal {
 struct ImuFlightOptions {
   double duration_s = 12, rate_hz = 30;
   double gyro_noise_radps = 0.01, accel_noise_mps2 = 0.1;  // of a sample, at 200 Hz
-  double clock_s = 0;                                      // the IMU's, ahead of the frames'
+  double corner_noise_px = 0.15;
+  double clock_s = 0;                  // the IMU's, ahead of the frames'
   double gap_period_s = 0, gap_s = 0;  // the last gap_s of every period have no tags
   uint64_t seed = 1;
 };
@@ -28,7 +29,8 @@ ImuFlight SimulateWithImu(const std::string& name, const ImuFlightOptions& optio
 
 /// Of frames, each with a state, from a time on, with tags or without. NEES per degree of freedom.
 struct ImuFlightErrors {
-  double position_m = 0, velocity_mps = 0, largest_m = 0, nees_pose = 0, nees_twist = 0;
+  double position_m = 0, velocity_mps = 0, rate_radps = 0, largest_m = 0, nees_pose = 0,
+         nees_twist = 0;
   int n = 0;
 };
 ImuFlightErrors ErrorsOf(const std::vector<FrameEstimate>& frames, const ImuFlight& flight,
