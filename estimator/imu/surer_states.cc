@@ -16,10 +16,13 @@ double LogDet(const StateCovariance& covariance) {
 }
 
 // Two measurements of the rates whose errors have next to nothing in common: by_tags' are the
-// corners' over many frames, those of by_both its gyro's. The rest of the state stays.
+// corners' over many frames, those of by_both its gyro's. The rest of the state stays. Not where
+// the gyro's are the better ones: what tags and prior say of real recordings is often surer than
+// it is right, and there is less to gain.
 void TakeRates(const FrameEstimate& by_tags, FrameEstimate* by_both) {
   const Eigen::Matrix3d of_tags = by_tags.covariance.bottomRightCorner<3, 3>(),
                         of_both = by_both->covariance.bottomRightCorner<3, 3>();
+  if (of_tags.trace() > of_both.trace()) return;
   const Eigen::Matrix3d gain = (of_tags + of_both).ldlt().solve(of_both).transpose();
   Eigen::Vector3d& rates = by_both->state.twist.omega_body;
   rates += gain * (by_tags.state.twist.omega_body - rates);

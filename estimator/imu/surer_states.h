@@ -8,9 +8,10 @@ namespace tagtwist::internal {
 /// smooth motion it says more than a gyro's samples do (maths.md, "An IMU").
 class SurerStates {
  public:
-  /// `by_both` becomes `by_tags` where that is surer, and else takes from its rates what they say
-  /// beside the gyro's. Not where what tags and prior say of the motion does not agree with the
-  /// IMU, at the frame or over those before it. Whether it became `by_tags`.
+  /// `by_both` becomes `by_tags` where that is surer, and else takes from its rates, where these
+  /// are surer, what they say beside the gyro's. Not where what tags and prior say of the motion
+  /// does not agree with the IMU, at the frame or over those before it. Whether it became
+  /// `by_tags`.
   bool Choose(const FrameEstimate& by_tags, FrameEstimate* by_both);
 
  private:

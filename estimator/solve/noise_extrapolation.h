@@ -17,6 +17,8 @@ class NoiseExtrapolation {
 
  private:
   std::optional<std::array<double, 4>> last_step_;  // of the logarithms, in the round before
+  std::array<double, 4> jump_{};                    // what the last one added to its round's step
+  std::array<bool, 4> went_too_far_{};              // once, so that the next round came back
 };
 
 }  // namespace tagtwist::internal

@@ -52,15 +52,23 @@ TEST(NoiseExtrapolation, AJumpIsAtMostAFactorOfESquared) {
   ExpectNear(rounds.Next(Off(4), Off(3)), Off(1));
 }
 
-// A deviation that falls from 0.5 to 0.05 is cut short at 0.158: it was carried on to 0.007 and
-// back to 0.37, and so on, and learned as whatever the last round left.
-TEST(NoiseExtrapolation, StepsOfADeviationThatWereCutShortAreNotCarriedOn) {
-  NoiseModel models[3] = {Off(0), Off(0), Off(0)};
-  const double sigmas_px[3] = {0.5, 0.5 * std::sqrt(0.1), 0.05001};
-  for (int i = 0; i < 3; ++i) models[i].corner_sigma_px = sigmas_px[i];
+// A deviation that falls from 0.5 to 0.05 is cut short at 0.158 and carried on to 0.007; from there
+// it is cut short again, and was carried on to 0.37, and so on: learned was what the last round
+// left.
+TEST(NoiseExtrapolation, AJumpThatWentTooFarIsNotMadeBackAgain) {
   NoiseExtrapolation rounds;
-  rounds.Next(models[0], models[1]);
-  EXPECT_EQ(rounds.Next(models[1], models[2]).corner_sigma_px, sigmas_px[2]);
+  const auto next = [&](double before_px, double updated_px) {
+    NoiseModel before = Off(0), updated = Off(0);
+    before.corner_sigma_px = before_px;
+    updated.corner_sigma_px = updated_px;
+    return rounds.Next(before, updated).corner_sigma_px;
+  };
+  const double cut_short = std::sqrt(0.1);
+  next(0.5, 0.5 * cut_short);
+  const double too_far_px = next(0.5 * cut_short, 0.05001);
+  EXPECT_LT(too_far_px, 0.01);
+  next(too_far_px, too_far_px / cut_short);
+  EXPECT_EQ(next(too_far_px / cut_short, 0.05), 0.05);
 }
 
 TEST(NoiseExtrapolation, TheCornersOfAFlightAreLearnedAsTheyAre) {
