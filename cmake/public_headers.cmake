@@ -13,6 +13,7 @@ set(TAGTWIST_PUBLIC_HEADERS
   frontend/types/body_state.h
   frontend/types/camera.h
   frontend/types/measurements.h
+  frontend/types/optional_apart.h
   frontend/types/pose.h
   frontend/types/rig.h
   frontend/types/so3.h

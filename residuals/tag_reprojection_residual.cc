@@ -1,33 +1,33 @@
 #include "residuals/tag_reprojection_residual.h"
 
+#include <utility>
+
 #include "frontend/types/so3.h"
 #include "residuals/corner_whitener.h"
 #include "residuals/pose_manifold.h"
 
 namespace tagtwist::internal {
 
-TagReprojection::TagReprojection(const TagObservation& observation, const Camera& camera,
-                                 const Pose& cam_from_body, MountedOn mounted_on)
+TagReprojection::TagReprojection(const TagObservation& observation,
+                                 std::shared_ptr<const FixedCamera> camera)
     : corners_in_world_(observation.corners_in_world),
       pixels_(observation.pixels),
-      camera_(camera),
-      mounted_on_(mounted_on),
-      cam_from_body_rotation_(cam_from_body.rotation().toRotationMatrix()),
-      body_in_cam_(cam_from_body.translation()) {
+      camera_(std::move(camera)) {
   const Eigen::Matrix<double, 8, 8> whitener = CornerWhitener(observation.covariance);
-  diagonal_ = whitener.diagonal();
-  is_in_pixels_ = whitener.isIdentity(0);
-  if (is_in_pixels_ || observation.covariance.isDiagonal(0)) return;
+  scale_ = whitener(0, 0);
+  if (whitener == scale_ * Eigen::Matrix<double, 8, 8>::Identity()) return;
   whitener_ = std::make_unique<const Eigen::Matrix<double, 8, 8>>(whitener);
 }
 
 Eigen::Matrix<double, 8, 8> TagReprojection::whitener() const {
-  return whitener_ ? *whitener_ : Eigen::Matrix<double, 8, 8>(diagonal_.asDiagonal());
+  if (whitener_) return *whitener_;
+  return scale_ * Eigen::Matrix<double, 8, 8>::Identity();
 }
 
 bool TagReprojection::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>* residual,
                                 Eigen::Matrix<double, 8, 6>* jacobian) const {
-  const bool on_body = mounted_on_ == MountedOn::kBody;
+  const FixedCamera& fixed = *camera_;
+  const bool on_body = fixed.mounted_on == MountedOn::kBody;
   const Eigen::Matrix3d world_from_body_rotation =
       Eigen::Map<const Eigen::Quaterniond>(pose).toRotationMatrix();
   const Eigen::Matrix3d body_from_world_rotation = world_from_body_rotation.transpose();
@@ -42,15 +42,16 @@ bool TagReprojection::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>*
     } else {
       beside_cam = world_from_body_rotation * corners_in_world_[c] + body_in_world;
     }
-    const Eigen::Vector3d corner_in_cam = cam_from_body_rotation_ * beside_cam + body_in_cam_;
+    const Eigen::Vector3d corner_in_cam =
+        fixed.cam_from_body_rotation * beside_cam + fixed.body_in_cam;
     Eigen::Vector2d predicted;
     Eigen::Matrix<double, 2, 3> d_pixel_d_cam;
-    if (!camera_.Project(corner_in_cam, &predicted, jacobian ? &d_pixel_d_cam : nullptr)) {
+    if (!fixed.camera.Project(corner_in_cam, &predicted, jacobian ? &d_pixel_d_cam : nullptr)) {
       return false;
     }
     error.segment<2>(2 * i) = predicted - pixels_[c];
     if (jacobian == nullptr) continue;
-    const Eigen::Matrix<double, 2, 3> d_pixel = d_pixel_d_cam * cam_from_body_rotation_;
+    const Eigen::Matrix<double, 2, 3> d_pixel = d_pixel_d_cam * fixed.cam_from_body_rotation;
     if (on_body) {
       d_error.block<2, 3>(2 * i, 0) = d_pixel * Hat(beside_cam);
       d_error.block<2, 3>(2 * i, 3) = -d_pixel * body_from_world_rotation;
@@ -60,19 +61,17 @@ bool TagReprojection::Linearize(const double* pose, Eigen::Matrix<double, 8, 1>*
       d_error.block<2, 3>(2 * i, 3) = d_pixel;
     }
   }
-  if (is_in_pixels_) {
+  if (is_in_pixels()) {
     *residual = error;
     if (jacobian != nullptr) *jacobian = d_error;
-    return true;
+  } else if (!whitener_) {
+    *residual = scale_ * error;
+    if (jacobian != nullptr) *jacobian = scale_ * d_error;
+  } else {
+    // Eigen's blocked products lose time on matrices this small.
+    *residual = whitener_->lazyProduct(error);
+    if (jacobian != nullptr) *jacobian = whitener_->lazyProduct(d_error);
   }
-  if (!whitener_) {
-    *residual = diagonal_.cwiseProduct(error);
-    if (jacobian != nullptr) *jacobian = diagonal_.asDiagonal() * d_error;
-    return true;
-  }
-  // Eigen's blocked products lose time on matrices this small.
-  *residual = whitener_->lazyProduct(error);
-  if (jacobian != nullptr) *jacobian = whitener_->lazyProduct(d_error);
   return true;
 }
 

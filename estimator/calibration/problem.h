@@ -70,7 +70,7 @@ std::vector<CalibrationParameter> ParametersOf(const CalibrationState& state,
 struct CalibrationView {
   int tag = 0;  // into CalibrationState::tags
   std::array<Eigen::Vector2d, 4> pixels;
-  std::optional<Eigen::Matrix<double, 8, 8>> covariance;  // the detection's own
+  OptionalApart<Eigen::Matrix<double, 8, 8>> covariance;  // the detection's own
   Eigen::Matrix<double, 8, 8> whitener = Eigen::Matrix<double, 8, 8>::Identity();  // of pixels
 };
 

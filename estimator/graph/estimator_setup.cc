@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -6,6 +7,7 @@
 #include "estimator/graph/track_planes.h"
 #include "frontend/base/check.h"
 #include "frontend/types/ray.h"
+#include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist::internal {
 
@@ -19,11 +21,32 @@ Pose MountedCamera::BodyOf(const Pose& cam_from_map) const {
                                         : Inverse(cam_from_body) * cam_from_map;
 }
 
+namespace {
+
+void CheckIsOfRig(int index, int n_cameras) {
+  TAGTWIST_CHECK(index >= 0 && index < n_cameras, "a tag is of the rig's cameras, but " +
+                                                      std::to_string(index) + " of " +
+                                                      std::to_string(n_cameras) + " is told");
+}
+
+}  // namespace
+
+FixedCameras::FixedCameras(const EstimatorSetup& setup) {
+  for (int i = 0; i < setup.n_cameras(); ++i) {
+    const MountedCamera camera = setup.CameraOf(i);
+    cameras_.push_back(std::make_shared<const FixedCamera>(camera.camera, camera.cam_from_body,
+                                                           camera.mounted_on));
+  }
+}
+
+const std::shared_ptr<const FixedCamera>& FixedCameras::Of(int index) const {
+  CheckIsOfRig(index, static_cast<int>(cameras_.size()));
+  return cameras_[static_cast<size_t>(index)];
+}
+
 MountedCamera EstimatorSetup::CameraOf(int index) const {
   if (index == 0) return {camera, cam_from_body, line_time_s, mounted_on, camera_covariance};
-  TAGTWIST_CHECK(index > 0 && index < n_cameras(), "a tag is of the rig's cameras, but " +
-                                                       std::to_string(index) + " of " +
-                                                       std::to_string(n_cameras()) + " is told");
+  CheckIsOfRig(index, n_cameras());
   const RigCamera& other = others[static_cast<size_t>(index) - 1];
   return {other.camera, other.cam_from_body, other.line_time_s, mounted_on, other.covariance};
 }

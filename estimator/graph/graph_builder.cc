@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,23 +52,25 @@ bool HasOwnCovariance(const EstimatorSetup& setup, const TagDetection& tag) {
   return tag.covariance && !setup.options.corner_sigma_px;
 }
 
-// The corners' noise into a tag's factor: into its cost where its corners have a covariance of
-// their own, else as the information of a cost in pixels.
+void SetTagCost(const EstimatorSetup& setup, const TagDetection& tag, double sigma_px,
+                std::shared_ptr<const FixedCamera> camera, Factor* factor) {
+  const auto cost = std::make_shared<TagReprojectionResidual>(
+      TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
+                     CornerCovariance(setup, tag, sigma_px)},
+      std::move(camera));
+  factor->own_log_det = cost->LogDetInformation();
+  factor->cost = cost;
+}
+
+// The corners' noise into a tag's factor, which has a cost: into that where its corners have a
+// covariance of their own, else as the information of a cost in pixels.
 void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetection& tag,
                     Factor* factor) {
   const bool own = HasOwnCovariance(setup, tag);
-  if (own || !factor->cost) {
-    TagObservation observation;
-    observation.corners_in_world = setup.map.CornersInWorld(tag.id);
-    observation.pixels = tag.corners;
-    observation.covariance = CornerCovariance(setup, tag, own ? sigma_px : 1);
-    const MountedCamera seen_by = setup.CameraOf(tag.camera);
-    const auto cost = std::make_shared<TagReprojectionResidual>(
-        observation, seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
-    factor->own_log_det = cost->LogDetInformation();
-    factor->cost = cost;
-  }
   factor->information = own ? 1 : 1 / (sigma_px * sigma_px);
+  if (!own) return;
+  const auto camera = static_cast<const TagReprojectionResidual&>(*factor->cost).camera();
+  SetTagCost(setup, tag, sigma_px, camera, factor);
 }
 
 // One part's prior over an interval: with its scale, and never so stiff that its information would
@@ -94,13 +97,16 @@ void SetMotionNoise(const Graph& graph, const NoiseModel& noise, Factor* factor)
 }
 
 Factor TagFactor(const EstimatorSetup& setup, double sigma_px, const GraphFrame& frame, int state,
-                 int tag) {
+                 int tag, const FixedCameras& cameras) {
   Factor factor;
   factor.kind = FactorKind::kTag;
   factor.blocks = {PoseOf(state)};
   factor.huber_delta = HuberDelta(setup.options.robust_scale, 8);
   factor.source = tag;
-  SetCornerNoise(setup, sigma_px, frame.tags[static_cast<size_t>(tag)], &factor);
+  const TagDetection& seen = frame.tags[static_cast<size_t>(tag)];
+  const bool own = HasOwnCovariance(setup, seen);
+  factor.information = own ? 1 : 1 / (sigma_px * sigma_px);
+  SetTagCost(setup, seen, own ? sigma_px : 1, cameras.Of(seen.camera), &factor);
   return factor;
 }
 
@@ -200,9 +206,9 @@ class Evaluation {
 
 void AddFactorsOfFrame(const EstimatorSetup& setup, const NoiseModel& noise,
                        const GraphFrame& frame, const Graph& graph, int state,
-                       std::vector<Factor>* out) {
+                       const FixedCameras& cameras, std::vector<Factor>* out) {
   for (int tag = 0; tag < static_cast<int>(frame.tags.size()); ++tag) {
-    out->push_back(TagFactor(setup, noise.corner_sigma_px, frame, state, tag));
+    out->push_back(TagFactor(setup, noise.corner_sigma_px, frame, state, tag, cameras));
   }
   if (state > 0) out->push_back(MotionFactor(graph, state - 1, noise));
   for (Factor other : frame.others) {
@@ -220,7 +226,8 @@ std::vector<Factor> FactorsOfFrame(const EstimatorSetup& setup, const NoiseModel
                                    const GraphFrame& frame, const Graph& graph, int state) {
   std::vector<Factor> out;
   out.reserve(MostOf(frame));
-  AddFactorsOfFrame(setup, noise, frame, graph, state, &out);
+  FixedCameras cameras(setup);
+  AddFactorsOfFrame(setup, noise, frame, graph, state, cameras, &out);
   return out;
 }
 
@@ -250,8 +257,10 @@ Graph BuildWholeGraph(const EstimatorSetup& setup, const NoiseModel& noise,
   }
   graph.factors.reserve(n_factors);
   graph.factors.push_back(input.prior ? *input.prior : FirstRatesPrior(noise));
+  FixedCameras cameras(setup);
   for (size_t k = 0; k < input.frames.size(); ++k) {
-    AddFactorsOfFrame(setup, noise, input.frames[k], graph, static_cast<int>(k), &graph.factors);
+    AddFactorsOfFrame(setup, noise, input.frames[k], graph, static_cast<int>(k), cameras,
+                      &graph.factors);
   }
   AddTracks(setup, noise.track_sigma_px, input, &graph);
   return graph;

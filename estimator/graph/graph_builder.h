@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@
 #include "frontend/types/tag_map.h"
 
 namespace tagtwist::internal {
+
+struct FixedCamera;
 
 /// How a camera sees.
 struct MountedCamera {
@@ -57,6 +60,17 @@ struct EstimatorSetup {
 /// their points were; so it is with cameras that stand. Of several cameras the frames' stamps are
 /// taken as they are.
 EstimatorSetup MakeEstimatorSetup(const SetUp& set_up, const EstimatorOptions& options);
+
+/// The cameras of a set-up as tags' costs share them.
+class FixedCameras {
+ public:
+  explicit FixedCameras(const EstimatorSetup& setup);
+  /// By its index in the rig (TagDetection::camera), which must have it.
+  const std::shared_ptr<const FixedCamera>& Of(int index) const;
+
+ private:
+  std::vector<std::shared_ptr<const FixedCamera>> cameras_;
+};
 
 /// One frame as the graph takes it.
 struct GraphFrame {

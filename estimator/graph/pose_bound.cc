@@ -41,11 +41,11 @@ std::optional<PoseInformation> InformationOfTags(const EstimatorSetup& setup,
   PoseInformation out;
   Eigen::Matrix<double, 8, 1> residual;
   Eigen::Matrix<double, 8, 6> whitened;
+  const FixedCameras cameras(setup);
   for (const TagDetection& tag : tags) {
-    const MountedCamera seen_by = setup.CameraOf(tag.camera);
     const TagReprojection cost({setup.map.CornersInWorld(tag.id), tag.corners,
                                 CornerCovariance(setup, tag, corner_sigma_px)},
-                               seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
+                               cameras.Of(tag.camera));
     if (!cost.Linearize(world_from_body.params.data(), &residual, &whitened)) return std::nullopt;
     out.information += whitened.transpose().lazyProduct(whitened);
     out.score -= whitened.transpose().lazyProduct(residual);

@@ -103,11 +103,11 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
   if (tags.empty()) return std::nullopt;
   std::vector<TagReprojection> residuals;
   residuals.reserve(tags.size());
+  const FixedCameras cameras(setup);
   for (const TagDetection& tag : tags) {
-    const MountedCamera seen_by = setup.CameraOf(tag.camera);
     residuals.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
                                           CornerCovariance(setup, tag, corner_sigma_px)},
-                           seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
+                           cameras.Of(tag.camera));
   }
   PoseMeasurement out;
   out.world_from_body = start;

@@ -54,11 +54,11 @@ class TagsOfRig {
   TagsOfRig(const EstimatorSetup& setup, const std::vector<TagDetection>& tags) {
     costs_.reserve(tags.size());
     sides_px_.reserve(tags.size());
+    const FixedCameras cameras(setup);
     for (const TagDetection& tag : tags) {
-      const MountedCamera seen_by = setup.CameraOf(tag.camera);
       costs_.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
                                          Eigen::Matrix<double, 8, 8>::Identity()},
-                          seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
+                          cameras.Of(tag.camera));
       sides_px_.push_back(MeanSide(tag));
     }
   }

@@ -38,11 +38,11 @@ void MoveWithNeighbours(const std::vector<std::optional<Pose>>& moves, int first
 std::optional<double> CornerCost(const EstimatorSetup& setup, const NoiseModel& noise,
                                  const GraphFrame& frame, const Pose& world_from_body) {
   double sum = 0;
+  const FixedCameras cameras(setup);
   for (const TagDetection& tag : frame.tags) {
-    const MountedCamera seen_by = setup.CameraOf(tag.camera);
     const TagReprojection residual({setup.map.CornersInWorld(tag.id), tag.corners,
                                     CornerCovariance(setup, tag, noise.corner_sigma_px)},
-                                   seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
+                                   cameras.Of(tag.camera));
     Eigen::Matrix<double, 8, 1> r;
     if (!residual.Linearize(world_from_body.params.data(), &r, nullptr)) return std::nullopt;
     sum += 0.5 * r.squaredNorm();

@@ -42,7 +42,7 @@ std::vector<int> TagsSeenMost(const std::vector<GraphFrame>& frames) {
 
 SystematicBasis::SystematicBasis(const EstimatorSetup& setup, const std::vector<int>& tags,
                                  bool mounts_are_right)
-    : setup_(setup), mounts_are_right_(mounts_are_right), ids_(tags) {
+    : setup_(setup), cameras_(setup), mounts_are_right_(mounts_are_right), ids_(tags) {
   for (const Camera& camera : setup.Cameras()) fields_.emplace_back(camera.width, camera.height);
   for (int i = 0; i < setup.n_cameras(); ++i) {
     given_.push_back(RootOfGiven(setup_.CameraOf(i), setup.options));
@@ -156,10 +156,9 @@ std::vector<int> SystematicBasis::OfMount(int camera) const {
 
 bool SystematicBasis::Linearize(const NoiseModel& noise, const Pose& world_from_body,
                                 const TagDetection& tag, TagTerms* out) const {
-  const MountedCamera seen_by = setup_.CameraOf(tag.camera);
   const TagReprojection in_px(
       {setup_.map.CornersInWorld(tag.id), tag.corners, Eigen::Matrix<double, 8, 8>::Identity()},
-      seen_by.camera, seen_by.cam_from_body, seen_by.mounted_on);
+      cameras_.Of(tag.camera));
   if (!in_px.Linearize(world_from_body.params.data(), &out->residual, &out->by_pose)) return false;
   // Where the corners should be: at the places where they were seen the noise of a residual would
   // be in its own derivative, and a field that poses make up for would seem to explain it.

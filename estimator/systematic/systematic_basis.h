@@ -101,6 +101,7 @@ class SystematicBasis {
                 const Eigen::Matrix<double, 8, 6>& by_mount, Columns* columns) const;
 
   EstimatorSetup setup_;
+  FixedCameras cameras_;
   bool mounts_are_right_;
   std::vector<ImageField> fields_;      // of each camera
   std::vector<Eigen::MatrixXd> given_;  // of each camera: RootOfGiven

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "frontend/types/body_state.h"
+#include "frontend/types/optional_apart.h"
 
 namespace tagtwist {
 
@@ -14,8 +15,8 @@ namespace tagtwist {
 struct TagDetection {
   int id = -1;
   std::array<Eigen::Vector2d, 4> corners;
-  /// Covariance of the corners, u1 v1 .. u4 v4 [px^2]; empty: not known.
-  std::optional<Eigen::Matrix<double, 8, 8>> covariance;
+  /// Covariance of the corners, u1 v1 .. u4 v4 [px^2]; empty: not known, as of all tags of a file.
+  OptionalApart<Eigen::Matrix<double, 8, 8>> covariance;
   int camera = 0;  // of the rig (Rig::cameras) that saw it
 };
 

@@ -72,7 +72,7 @@ Pose TakePose(FuzzBytes* in) {
   return MakePose(Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), axis)), at);
 }
 
-std::optional<Eigen::Matrix<double, 8, 8>> TakeCovariance(FuzzBytes* in) {
+OptionalApart<Eigen::Matrix<double, 8, 8>> TakeCovariance(FuzzBytes* in) {
   if (in->Below(3) != 0) return std::nullopt;
   Eigen::Matrix<double, 8, 1> common, own;
   for (int i = 0; i < 8; ++i) {

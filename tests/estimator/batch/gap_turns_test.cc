@@ -72,7 +72,7 @@ Recording Record(double gap_s, unsigned seed, const std::function<double(double)
   const int n = static_cast<int>((beside_s + gap_s + beside_s) * kRateHz);
   for (int k = 0; k < n; ++k) {
     const double t_s = k / kRateHz;
-    FrameMeasurements m;
+    FrameMeasurements& m = out.measurements.emplace_back();
     m.t_ns = static_cast<int64_t>(std::llround(1e9 * t_s));
     out.truth.push_back(StateAlong(pose_at, t_s));
     if (t_s < beside_s || t_s > beside_s + gap_s) {
@@ -81,7 +81,6 @@ Recording Record(double gap_s, unsigned seed, const std::function<double(double)
                        1000 * seed + static_cast<unsigned>(k));
       m.tags.resize(std::min<size_t>(m.tags.size(), 6));
     }
-    out.measurements.push_back(std::move(m));
   }
   return out;
 }
