@@ -48,19 +48,15 @@ std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance
   return out;
 }
 
-std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
-                                              const GraphInput& input, Solution* solution) {
+std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup,
+                                              const Solution& solution) {
   std::vector<StateCovariance> out;
   if (MotionIsLearned(setup.options)) {
-    Graph& graph = solution->graph;
-    PriorPowerFinder finder(graph);
-    const bool is_soon_built = graph.points.empty() && graph.n_left_out == 0;
-    if (is_soon_built) graph.factors = std::vector<Factor>();
-    while (!finder.done()) finder.Step();
-    if (is_soon_built) graph = BuildGraph(setup, noise, input);
-    out = WithPriorPower(finder.result().statistic.Power(), finder.result());
+    PriorPower prior = FindPriorPower(solution.graph);
+    const double power = prior.statistic.Power();
+    out = WithPriorPower(power, std::move(prior));
   }
-  return out.empty() ? BodyCovariances(solution->covariance) : out;
+  return out.empty() ? BodyCovariances(solution.covariance) : out;
 }
 
 Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,
@@ -69,10 +65,8 @@ Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatr
   out.linear = noise.linear;
   out.angular = noise.angular;
   out.states = states;
-  for (int k = 0; k < covariance.size(); ++k) {
-    out.covariances.push_back(covariance.At(k, k));
-    if (k + 1 < covariance.size()) out.cross_covariances.push_back(covariance.At(k + 1, k));
-  }
+  if (covariance.bandwidth() > 0) out.cross_covariances = covariance.TakeDiagonal(1);
+  out.covariances = covariance.TakeDiagonal(0);
   return out;
 }
 

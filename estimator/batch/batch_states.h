@@ -31,11 +31,10 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 /// Those of a covariance as it is.
 std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance);
 
-/// Covariances of all states of a solution of that input under that noise; scaled by the prior's
-/// power where the prior's densities are learned. Meanwhile a graph that is soon built again gives
-/// up its factors, and has as many others afterwards: of long recordings they are a lot to hold.
-std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
-                                              const GraphInput& input, Solution* solution);
+/// Covariances of all states of a solution, scaled by the prior's power where the prior's densities
+/// are learned.
+std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup,
+                                              const Solution& solution);
 
 /// These states with their covariances. Takes the covariance's place: of long recordings both would
 /// be a lot to hold.

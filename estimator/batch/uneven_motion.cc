@@ -6,7 +6,10 @@
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
+#include "estimator/graph/linear_system.h"
+#include "estimator/linear/block_banded.h"
 #include "estimator/motion/motion_profile.h"
+#include "estimator/solve/banded_solver.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 
@@ -32,26 +35,29 @@ PartLikelihoods BestOfOneDensity(const MotionHistory& history, const NoiseModel&
 struct Before {
   std::vector<GraphFrame> frames;  // without their tags
   std::vector<TrackSegment> segments;
-  bool has_factors = true;
 };
 
-// A graph without points is soon built again of its input: of long recordings two of them would be
-// a lot to hold.
-Before Keep(const GraphInput& input, Solution* solution) {
+Before Keep(const GraphInput& input) {
   Before out;
   out.frames.reserve(input.frames.size());
   for (const GraphFrame& frame : input.frames) {
     out.frames.push_back({frame.t_ns, frame.state, frame.acceleration, frame.motion, {}, {}});
   }
   out.segments = input.segments;
-  if (solution->graph.points.empty() && solution->graph.n_left_out == 0) {
-    solution->graph.factors = std::vector<Factor>();
-    out.has_factors = false;
-  }
   return out;
 }
 
-void TakeBack(const Before& before, GraphInput* input) {
+// The covariance is soon had again of the graph, and a graph without points of its input: of long
+// recordings two of them would be a lot to hold.
+void GiveUpMemory(Solution* solution) {
+  solution->covariance = BlockBandedMatrix();
+  if (solution->graph.points.empty() && solution->graph.n_left_out == 0) {
+    solution->graph.factors = std::vector<Factor>();
+  }
+}
+
+Result<Solution> TakeBack(const EstimatorSetup& setup, const NoiseModel& noise,
+                          const Before& before, Solution solution, GraphInput* input) {
   for (size_t k = 0; k < input->frames.size(); ++k) {
     const GraphFrame& from = before.frames[k];
     GraphFrame& to = input->frames[k];
@@ -60,6 +66,24 @@ void TakeBack(const Before& before, GraphInput* input) {
     to.motion = from.motion;
   }
   input->segments = before.segments;
+  if (solution.graph.factors.empty()) solution.graph = BuildGraph(setup, noise, *input);
+  BlockBandedCholesky cholesky(Linearize(solution.graph).hessian);
+  if (!cholesky.ok()) return Error{NotPositiveDefinite(cholesky, solution.graph.states)};
+  solution.covariance = std::move(cholesky).SelectedInverse();
+  return solution;
+}
+
+// Whether the motion of either part varies; if so the input gets by how much from frame to frame.
+bool FindMotion(const EstimatorSetup& setup, const NoiseModel& noise, GraphInput* input) {
+  const MotionHistory history = HistoryOf(setup, noise, input->frames, false);
+  if (!history.banks().is_measured()) return false;
+  const PartLikelihoods one = BestOfOneDensity(history, noise),
+                        many = history.Likelihoods(MotionBanks(noise.linear.on, noise.angular.on));
+  const MotionParts varying{many.linear > one.linear + kClearlyUneven,
+                            many.angular > one.angular + kClearlyUneven};
+  if (!varying.linear && !varying.angular) return false;
+  TakeMotion(history, noise, varying, &input->frames);
+  return true;
 }
 
 }  // namespace
@@ -67,22 +91,13 @@ void TakeBack(const Before& before, GraphInput* input) {
 Result<Solution> LetMotionVary(const EstimatorSetup& setup, const SolveOptions& options,
                                Solution solution, GraphInput* input, NoiseModel* noise) {
   if (!MotionIsLearned(setup.options)) return solution;
-  const MotionHistory history = HistoryOf(setup, *noise, input->frames, false);
-  if (!history.banks().is_measured()) return solution;
-  const PartLikelihoods one = BestOfOneDensity(history, *noise),
-                        many =
-                            history.Likelihoods(MotionBanks(noise->linear.on, noise->angular.on));
-  const MotionParts varying{many.linear > one.linear + kClearlyUneven,
-                            many.angular > one.angular + kClearlyUneven};
-  if (!varying.linear && !varying.angular) return solution;
-  const Before before = Keep(*input, &solution);
-  TakeMotion(history, *noise, varying, &input->frames);
+  const Before before = Keep(*input);
+  if (!FindMotion(setup, *noise, input)) return solution;
+  GiveUpMemory(&solution);
   NoiseModel learned = *noise;
   auto out = SolveAndLearn(setup, options, input, &learned);
   if (!out || !(out->log_likelihood > solution.log_likelihood + kClearlyUneven)) {
-    TakeBack(before, input);
-    if (!before.has_factors) solution.graph = BuildGraph(setup, *noise, *input);
-    return solution;
+    return TakeBack(setup, *noise, before, std::move(solution), input);
   }
   *noise = learned;
   return out;

@@ -35,19 +35,60 @@ void AddTag(int state, const LinearFactor& linear, LinearSystem* system) {
   system->gradient.segment<6>(kBlockSize * state) += jacobian.transpose().lazyProduct(residual);
 }
 
+// A part of the motion from a state to the next, whose rows and columns are three triples. kAxes is
+// 3, or 1 where the axes are alike and share nothing, so that one of them tells all.
+template <int kAxes>
+void AddMotion(int state, const MotionResidual::Part& part, const LinearFactor& linear,
+               LinearSystem* system) {
+  using Matrix = Eigen::Matrix<double, 3 * kAxes, 3 * kAxes>;
+  const Eigen::Map<const Eigen::Matrix<double, 18, 36>> jacobian(linear.jacobian.data());
+  const Eigen::Map<const Eigen::Matrix<double, 18, 1>> residual(linear.residual.data());
+  std::array<Matrix, 2> j;
+  std::array<Eigen::Matrix3d, 2> gradient = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+  for (int k = 0; k < 18; ++k) {
+    const int s = k / 9, row = k / 3 % 3, i = k % 3, column = part.columns[static_cast<size_t>(i)];
+    const auto entry =
+        jacobian.block<kAxes, kAxes>(part.first_row + 3 * row, kBlockSize * s + column);
+    j[static_cast<size_t>(s)].template block<kAxes, kAxes>(kAxes * row, kAxes * i) = entry;
+    auto of_entry = gradient[static_cast<size_t>(s)].col(i);
+    const auto of_row = residual.segment<3>(part.first_row + 3 * row);
+    if constexpr (kAxes == 3) of_entry += entry.transpose().lazyProduct(of_row);
+    if constexpr (kAxes == 1) of_entry += entry(0, 0) * of_row;
+  }
+  for (int k = 0; k < 6; ++k) {
+    const int column = part.columns[static_cast<size_t>(k % 3)];
+    system->gradient.segment<3>(kBlockSize * (state + k / 3) + column) +=
+        gradient[static_cast<size_t>(k / 3)].col(k % 3);
+  }
+  for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
+    const auto& j_a = j[static_cast<size_t>(a)];
+    const Matrix product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
+    auto& block = system->hessian.At(state + a, state + b);
+    for (int c = 0; c < 9; ++c) {
+      auto to = block.template block<3, 3>(part.columns[static_cast<size_t>(c / 3)],
+                                           part.columns[static_cast<size_t>(c % 3)]);
+      const auto from = product.template block<kAxes, kAxes>(kAxes * (c / 3), kAxes * (c % 3));
+      if constexpr (kAxes == 3) to += from;
+      if constexpr (kAxes == 1) to.diagonal().array() += from(0, 0);
+    }
+  }
+}
+
 // Of any kind.
-void AddStateBlocks(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
+void AddStateBlocks(const Factor& factor, const LinearFactor& linear, int first_state,
+                    LinearSystem* system) {
   int column_a = 0;
   for (const BlockRef& a : factor.blocks) {
     const int size_a = TangentSize(a.kind);
     if (a.kind != BlockRef::Kind::kPoint) {
       const auto jacobian_a = linear.jacobian.middleCols(column_a, size_a);
-      system->gradient.segment(kBlockSize * a.index + OffsetInState(a.kind), size_a).noalias() +=
+      const int row = a.index - first_state;
+      system->gradient.segment(kBlockSize * row + OffsetInState(a.kind), size_a).noalias() +=
           jacobian_a.transpose() * linear.residual;
       int column_b = 0;
       for (const BlockRef& b : factor.blocks) {
         if (b.kind != BlockRef::Kind::kPoint && b.index <= a.index) {
-          system->hessian.At(a.index, b.index)
+          system->hessian.At(row, b.index - first_state)
               .block(OffsetInState(a.kind), OffsetInState(b.kind), size_a, TangentSize(b.kind))
               .noalias() +=
               jacobian_a.transpose() * linear.jacobian.middleCols(column_b, TangentSize(b.kind));
@@ -194,57 +235,16 @@ double RobustCost(const Factor& factor, const LinearFactor& linear) {
   return Huber(linear.residual.squaredNorm() / linear.weight, factor.huber_delta).cost;
 }
 
-namespace {
-
-// A part of the motion from a state to the next, whose rows and columns are three triples. kAxes is
-// 3, or 1 where the axes are alike and share nothing, so that one of them tells all.
-template <int kAxes>
-void AddMotion(int state, const MotionResidual::Part& part, const LinearFactor& linear,
-               LinearSystem* system) {
-  using Matrix = Eigen::Matrix<double, 3 * kAxes, 3 * kAxes>;
-  const Eigen::Map<const Eigen::Matrix<double, 18, 36>> jacobian(linear.jacobian.data());
-  const Eigen::Map<const Eigen::Matrix<double, 18, 1>> residual(linear.residual.data());
-  std::array<Matrix, 2> j;
-  std::array<Eigen::Matrix3d, 2> gradient = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
-  for (int k = 0; k < 18; ++k) {
-    const int s = k / 9, row = k / 3 % 3, i = k % 3, column = part.columns[static_cast<size_t>(i)];
-    const auto entry =
-        jacobian.block<kAxes, kAxes>(part.first_row + 3 * row, kBlockSize * s + column);
-    j[static_cast<size_t>(s)].template block<kAxes, kAxes>(kAxes * row, kAxes * i) = entry;
-    auto of_entry = gradient[static_cast<size_t>(s)].col(i);
-    const auto of_row = residual.segment<3>(part.first_row + 3 * row);
-    if constexpr (kAxes == 3) of_entry += entry.transpose().lazyProduct(of_row);
-    if constexpr (kAxes == 1) of_entry += entry(0, 0) * of_row;
-  }
-  for (int k = 0; k < 6; ++k) {
-    const int column = part.columns[static_cast<size_t>(k % 3)];
-    system->gradient.segment<3>(kBlockSize * (state + k / 3) + column) +=
-        gradient[static_cast<size_t>(k / 3)].col(k % 3);
-  }
-  for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}}) {
-    const auto& j_a = j[static_cast<size_t>(a)];
-    const Matrix product = j_a.transpose().lazyProduct(j[static_cast<size_t>(b)]);
-    auto& block = system->hessian.At(state + a, state + b);
-    for (int c = 0; c < 9; ++c) {
-      auto to = block.template block<3, 3>(part.columns[static_cast<size_t>(c / 3)],
-                                           part.columns[static_cast<size_t>(c % 3)]);
-      const auto from = product.template block<kAxes, kAxes>(kAxes * (c / 3), kAxes * (c % 3));
-      if constexpr (kAxes == 3) to += from;
-      if constexpr (kAxes == 1) to.diagonal().array() += from(0, 0);
-    }
-  }
-}
-
-}  // namespace
-
-void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* system) {
+void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* system,
+               int first_state) {
+  const int state = factor.blocks[0].index - first_state;
   if (factor.kind == FactorKind::kTag) {
-    AddTag(factor.blocks[0].index, linear, system);
+    AddTag(state, linear, system);
   } else if (factor.kind == FactorKind::kMotion) {
-    AddMotion<3>(factor.blocks[0].index, MotionResidual::kAngular, linear, system);
-    AddMotion<1>(factor.blocks[0].index, MotionResidual::kLinear, linear, system);
+    AddMotion<3>(state, MotionResidual::kAngular, linear, system);
+    AddMotion<1>(state, MotionResidual::kLinear, linear, system);
   } else {
-    AddStateBlocks(factor, linear, system);
+    AddStateBlocks(factor, linear, first_state, system);
   }
 }
 

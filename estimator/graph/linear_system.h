@@ -43,8 +43,9 @@ int Bandwidth(const Graph& graph, const std::vector<bool>& use = {});
 LinearSystem ZeroSystem(int size, int bandwidth, BlockBandedMatrix memory = {});
 
 /// Adds a linearised factor, but for its cost: by the blocks of states that it touches, which must
-/// lie within the band.
-void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* system);
+/// lie within the band. `first_state`: the graph's that is the system's first.
+void AddFactor(const Factor& factor, const LinearFactor& linear, LinearSystem* system,
+               int first_state = 0);
 
 /// Normal equations of those factors whose entry in `use` is true (all when empty).
 LinearSystem Linearize(const Graph& graph, const std::vector<bool>& use = {},

@@ -15,60 +15,48 @@ int LastRow(const BlockBandedMatrix& m, int j) { return std::min(m.size() - 1, j
 
 }  // namespace
 
-BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::move(matrix)) {
-  for (int j = 0; j < l_.size(); ++j) {
-    const Block& l_jj = l_.At(j, j);
-    if (!FactorInPlace(&l_.At(j, j))) {
-      failed_at_ = j;
-      return;
-    }
-    for (int i = j + 1; i <= LastRow(l_, j); ++i) SolveRightTransposed(l_jj, &l_.At(i, j));
-    for (int k = j + 1; k <= LastRow(l_, j); ++k) {
-      AddSquare(-1, l_.At(k, j), &l_.At(k, k));
-      for (int i = k + 1; i <= LastRow(l_, j); ++i) {
-        SubtractProductTransposed(l_.At(i, j), l_.At(k, j), &l_.At(i, k));
+int FactorColumns(int from, int to, BlockBandedMatrix* matrix) {
+  BlockBandedMatrix& l = *matrix;
+  for (int j = from; j < to; ++j) {
+    const Block& l_jj = l.At(j, j);
+    if (!FactorInPlace(&l.At(j, j))) return j;
+    for (int i = j + 1; i <= LastRow(l, j); ++i) SolveRightTransposed(l_jj, &l.At(i, j));
+    for (int k = j + 1; k <= LastRow(l, j); ++k) {
+      AddSquare(-1, l.At(k, j), &l.At(k, k));
+      for (int i = k + 1; i <= LastRow(l, j); ++i) {
+        SubtractProductTransposed(l.At(i, j), l.At(k, j), &l.At(i, k));
       }
     }
   }
+  return -1;
 }
 
-Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
-  Eigen::VectorXd x = b;
-  const auto part = [&x](int j) { return x.segment<kBlockSize>(kBlockSize * j); };
-  for (int j = 0; j < l_.size(); ++j) {
-    const BlockVector x_j = Solved(l_.At(j, j), part(j));
+void SolveForward(const BlockBandedMatrix& l, int from, int to, Eigen::VectorXd* x) {
+  const auto part = [x](int j) { return x->segment<kBlockSize>(kBlockSize * j); };
+  for (int j = from; j < to; ++j) {
+    const BlockVector x_j = Solved(l.At(j, j), part(j));
     part(j) = x_j;
-    for (int i = j + 1; i <= LastRow(l_, j); ++i) part(i) -= l_.At(i, j).lazyProduct(x_j);
+    for (int i = j + 1; i <= LastRow(l, j); ++i) part(i) -= l.At(i, j).lazyProduct(x_j);
   }
-  for (int j = l_.size() - 1; j >= 0; --j) {
+}
+
+void SolveBackward(const BlockBandedMatrix& l, int from, int to, Eigen::VectorXd* x) {
+  const auto part = [x](int j) { return x->segment<kBlockSize>(kBlockSize * j); };
+  for (int j = to - 1; j >= from; --j) {
     BlockVector x_j = part(j);
-    for (int i = j + 1; i <= LastRow(l_, j); ++i) {
-      x_j -= l_.At(i, j).transpose().lazyProduct(part(i));
+    for (int i = j + 1; i <= LastRow(l, j); ++i) {
+      x_j -= l.At(i, j).transpose().lazyProduct(part(i));
     }
-    part(j) = SolvedTransposed(l_.At(j, j), x_j);
+    part(j) = SolvedTransposed(l.At(j, j), x_j);
   }
-  return x;
-}
-
-BlockBandedMatrix TakeMemory(std::optional<BlockBandedCholesky>* cholesky) {
-  BlockBandedMatrix out;
-  if (*cholesky) out = std::move((*cholesky)->l_);
-  cholesky->reset();
-  return out;
-}
-
-double BlockBandedCholesky::LogDeterminant() const {
-  double sum = 0;
-  for (int j = 0; j < l_.size(); ++j) sum += l_.At(j, j).diagonal().array().log().sum();
-  return 2 * sum;
 }
 
 // From the last column to the first: each needs its own part of L, and of the inverse what lies
 // beyond it, so that the inverse can take L's place.
-BlockBandedMatrix BlockBandedCholesky::Inverted() && {
-  BlockBandedMatrix p = std::move(l_);
-  std::vector<Block, Eigen::aligned_allocator<Block>> g;  // L_kj L_jj^-1, k = j+1...
-  for (int j = p.size() - 1; j >= 0; --j) {
+void InvertColumns(int from, int to, BlockBandedMatrix* matrix) {
+  BlockBandedMatrix& p = *matrix;
+  std::vector<Block> g;  // L_kj L_jj^-1, k = j+1...
+  for (int j = to - 1; j >= from; --j) {
     const int last = LastRow(p, j);
     const Block l_jj = p.At(j, j);
     g.clear();
@@ -89,6 +77,35 @@ BlockBandedMatrix BlockBandedCholesky::Inverted() && {
     }
     p_jj = (0.5 * (p_jj + p_jj.transpose())).eval();
   }
+}
+
+BlockBandedCholesky::BlockBandedCholesky(BlockBandedMatrix matrix) : l_(std::move(matrix)) {
+  failed_at_ = FactorColumns(0, l_.size(), &l_);
+}
+
+Eigen::VectorXd BlockBandedCholesky::Solve(const Eigen::VectorXd& b) const {
+  Eigen::VectorXd x = b;
+  SolveForward(l_, 0, l_.size(), &x);
+  SolveBackward(l_, 0, l_.size(), &x);
+  return x;
+}
+
+BlockBandedMatrix TakeMemory(std::optional<BlockBandedCholesky>* cholesky) {
+  BlockBandedMatrix out;
+  if (*cholesky) out = std::move((*cholesky)->l_);
+  cholesky->reset();
+  return out;
+}
+
+double BlockBandedCholesky::LogDeterminant() const {
+  double sum = 0;
+  for (int j = 0; j < l_.size(); ++j) sum += l_.At(j, j).diagonal().array().log().sum();
+  return 2 * sum;
+}
+
+BlockBandedMatrix BlockBandedCholesky::Inverted() && {
+  BlockBandedMatrix p = std::move(l_);
+  InvertColumns(0, p.size(), &p);
   return p;
 }
 

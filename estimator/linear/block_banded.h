@@ -1,6 +1,6 @@
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/StdVector>
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -25,23 +25,43 @@ class BlockBandedMatrix {
   void SetZero(int size, int bandwidth) {
     size_ = size;
     bandwidth_ = bandwidth;
-    blocks_.assign(static_cast<size_t>(size) * static_cast<size_t>(bandwidth + 1), Block::Zero());
+    diagonals_.resize(static_cast<size_t>(bandwidth + 1));
+    for (auto& diagonal : diagonals_) diagonal.assign(static_cast<size_t>(size), Block::Zero());
   }
 
   int size() const { return size_; }            // blocks a side
   int bandwidth() const { return bandwidth_; }  // blocks below the diagonal
   /// Block (row, column), column <= row <= column + bandwidth.
-  Block& At(int row, int column) { return blocks_[Index(row, column)]; }
-  const Block& At(int row, int column) const { return blocks_[Index(row, column)]; }
+  Block& At(int row, int column) {
+    return diagonals_[static_cast<size_t>(row - column)][static_cast<size_t>(column)];
+  }
+  const Block& At(int row, int column) const {
+    return diagonals_[static_cast<size_t>(row - column)][static_cast<size_t>(column)];
+  }
+  /// The blocks so many below the diagonal, which is 0, from the first column to the last that has
+  /// one: without a copy, for the matrix is large. Once each, of a matrix that nobody needs.
+  std::vector<Block> TakeDiagonal(int below) {
+    std::vector<Block> out = std::move(diagonals_[static_cast<size_t>(below)]);
+    out.resize(out.size() - std::min(out.size(), static_cast<size_t>(below)));
+    return out;
+  }
 
  private:
-  size_t Index(int row, int column) const {
-    return static_cast<size_t>(column) * static_cast<size_t>(bandwidth_ + 1) +
-           static_cast<size_t>(row - column);
-  }
   int size_ = 0, bandwidth_ = 0;
-  std::vector<Block, Eigen::aligned_allocator<Block>> blocks_;
+  std::vector<std::vector<Block>> diagonals_;  // each with a block a column
 };
+
+/// The steps of a factorisation H = L L', of the columns [from, to) alone, whose rows the matrix
+/// must have: so that a long matrix can be gone through in pieces that overlap by the bandwidth.
+/// L takes H's place there, and what it says of the columns after is taken from them. The first
+/// column where H is not positive definite; -1: it is.
+int FactorColumns(int from, int to, BlockBandedMatrix* matrix);
+/// L^-1 x: the entries of those columns, which leave what they say of the entries after there.
+void SolveForward(const BlockBandedMatrix& l, int from, int to, Eigen::VectorXd* x);
+/// L'^-1 x, the entries after those columns known.
+void SolveBackward(const BlockBandedMatrix& l, int from, int to, Eigen::VectorXd* x);
+/// The blocks of H^-1 within the band in the place of L, those of the columns after known.
+void InvertColumns(int from, int to, BlockBandedMatrix* matrix);
 
 /// Cholesky factorisation H = L L' of a positive definite BlockBandedMatrix.
 class BlockBandedCholesky {

@@ -261,6 +261,7 @@ void MotionBank::TurnTime(const Eigen::Vector3d& origin, Filter* filter) {
 
 std::vector<MotionBank::Class> MotionBank::Classes(double least_weight) const {
   std::vector<Class> out;
+  out.reserve(filters_.size());
   for (size_t i = 0; i < filters_.size(); ++i) {
     if (weights_[i] >= least_weight) out.push_back({i, densities_[i], weights_[i], filters_[i]});
   }

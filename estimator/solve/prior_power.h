@@ -1,10 +1,12 @@
 #pragma once
-#include <optional>
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "estimator/graph/graph.h"
 #include "estimator/graph/linear_system.h"
-#include "estimator/linear/block_banded.h"
+#include "estimator/linear/scaled_inverse.h"
 #include "frontend/types/body_state.h"
 
 namespace tagtwist::internal {
@@ -40,8 +42,39 @@ struct PriorPower {
 /// At the solution of a graph, or one step from it: with whitened motion residuals r = A x, the
 /// quadratic form T = r'A P A'r weighs the motion most at the limit of resolution. Its expectation
 /// is tr(M - M^2) under the prior, tr(M^2 - M^3) if there is nothing but noise, M = P A'A; the
-/// traces are derivatives of tr(M) by the logarithm of the density.
-PriorPower FindPriorPower(const Graph& graph);
+/// traces are derivatives of tr(M) by the logarithm of the density. A graph without points is gone
+/// through in pieces of so many states, forwards, back, and forwards again: what is kept is a
+/// piece's matrices and what crosses from piece to piece. The pieces change the result by rounding.
+PriorPower FindPriorPower(const Graph& graph, int states_of_a_piece = 64);
+
+/// The normal equations of consecutive states of a graph, in all and of the motion prior alone.
+struct NormalsPiece {
+  LinearSystem total, motion;
+  int first = 0;     // the graph's state that is theirs first
+  PieceColumns own;  // their states whose columns, and those that they reach, are whole
+};
+
+/// What FindPriorPower gathers from the pieces of a graph of so many states.
+class PriorPowerSums {
+ public:
+  static constexpr int kScales = 3;  // of the motion's density, the last one its own
+
+  explicit PriorPowerSums(size_t n_states);
+  void Forward(const NormalsPiece& piece, size_t number);
+  void Back(const NormalsPiece& piece, size_t number, int scale);
+  void ForwardAgain(const NormalsPiece& piece, size_t number);
+  PriorPower Finish() &&;
+
+ private:
+  void Factorise(const NormalsPiece& piece, size_t number, ScaledInverse* inverse);
+  Eigen::VectorXd SolveOn(const NormalsPiece& piece, Eigen::VectorXd right);
+
+  std::array<ScaledInverse, kScales> inverses_;
+  BlockBandedMatrix matrix_;  // of a piece, for one scale after the other
+  PriorPower result_;
+  Eigen::VectorXd step_;   // the inverse of total times its gradient
+  Eigen::VectorXd right_;  // of the first states of the next piece, of a right side
+};
 
 /// FindPriorPower in steps of like length, for whoever has little time at once: the graph is
 /// linearised at first, and each of three steps factorises and inverts.
@@ -54,18 +87,10 @@ class PriorPowerFinder {
   const PriorPower& result() const { return result_; }
 
  private:
-  static constexpr int kSteps = 3;
-  // What is needed of an inverse; as a whole it is large, so that there should be one at a time.
-  struct BlocksOfInverse {
-    double trace = 0;  // tr(inverse motion)
-    std::vector<StateCovariance> states;
-  };
-  BlocksOfInverse Invert(BlockBandedCholesky cholesky) const;
-  std::optional<BlocksOfInverse> InvertAt(double log_scale) const;
-  void Finish();
+  static constexpr int kSteps = PriorPowerSums::kScales;
 
-  LinearSystem total_, motion_;
-  std::optional<BlocksOfInverse> stiff_, loose_;
+  NormalsPiece whole_;
+  PriorPowerSums sums_;
   PriorPower result_;
   int step_ = 0;
 };
@@ -73,6 +98,6 @@ class PriorPowerFinder {
 /// The states' covariances with the prior's share scaled by the power. States that hang mostly on
 /// the prior (gaps) keep theirs where the power is below 1: there the motion that was resolved
 /// elsewhere counts, which set the density.
-std::vector<StateCovariance> WithPriorPower(double power, const PriorPower& prior);
+std::vector<StateCovariance> WithPriorPower(double power, PriorPower prior);
 
 }  // namespace tagtwist::internal

@@ -37,6 +37,7 @@ std::vector<TagDetection> TagsAtTheirPlace(const EstimatorSetup& setup, const Gr
   std::vector<TagDetection> out;
   out.reserve(tags.size());
   std::vector<double> errors;
+  errors.reserve(4);
   for (const TagDetection& tag : tags) {
     errors.clear();
     AddReprojectionErrors(setup, frame.state.world_from_body, tag, &errors);

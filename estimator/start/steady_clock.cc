@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 #include "frontend/base/format_text.h"
 #include "frontend/base/statistics/quantile.h"
@@ -34,13 +35,14 @@ Line FitLine(const std::vector<double>& stamps_s, const std::vector<int64_t>& nu
 
 // No frame lost.
 std::vector<int64_t> Consecutive(size_t size) {
-  std::vector<int64_t> numbers;
-  for (size_t i = 0; i < size; ++i) numbers.push_back(static_cast<int64_t>(i));
+  std::vector<int64_t> numbers(size);
+  std::iota(numbers.begin(), numbers.end(), int64_t{0});
   return numbers;
 }
 
 double MedianInterval(const std::vector<double>& stamps_s) {
   std::vector<double> intervals;
+  intervals.reserve(stamps_s.size());
   for (size_t i = 1; i < stamps_s.size(); ++i) intervals.push_back(stamps_s[i] - stamps_s[i - 1]);
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
   std::nth_element(intervals.begin(), middle, intervals.end());
@@ -54,6 +56,7 @@ std::vector<int64_t> Followed(const std::vector<double>& stamps_s) {
   constexpr double kGain = 0.1;
   const double period_s = std::max(MedianInterval(stamps_s), 1e-6);
   std::vector<int64_t> numbers;
+  numbers.reserve(stamps_s.size());
   double tick_s = stamps_s.front();
   for (const double t : stamps_s) {
     const auto steps = static_cast<int64_t>(std::floor((t - tick_s) / period_s + 0.3));
@@ -78,6 +81,7 @@ bool MostFollow(const std::vector<int64_t>& numbers) {
 int FramesAtATime(const std::vector<double>& stamps_s) {
   constexpr int kMost = 8;
   std::vector<double> intervals_s;
+  intervals_s.reserve(stamps_s.size());
   for (size_t i = 1; i < stamps_s.size(); ++i) {
     intervals_s.push_back(stamps_s[i] - stamps_s[i - 1]);
   }
@@ -98,6 +102,7 @@ std::vector<double> TickSigmas(const std::vector<int64_t>& numbers, double rms_s
   for (const int64_t number : numbers) mean += static_cast<double>(number) / n;
   for (const int64_t number : numbers) square += std::pow(static_cast<double>(number) - mean, 2);
   std::vector<double> sigmas;
+  sigmas.reserve(numbers.size());
   for (const int64_t number : numbers) {
     const double d = static_cast<double>(number) - mean;
     sigmas.push_back(rms_s * std::sqrt(1 / n + d * d / square));

@@ -34,14 +34,11 @@ void ExpectTheSame(const Graph& graph, const Graph& before) {
   for (int k = 0; k < a.hessian.size(); ++k) EXPECT_EQ(a.hessian.At(k, k), b.hessian.At(k, k));
 }
 
-TEST(StateCovariances, LeaveTheGraphAsItWas) {
+TEST(StateCovariances, AreScaledByThePowerThatTheGraphShows) {
   TakeOff flight;
-  const Graph before = flight.solution.graph;
-  const PriorPower prior = FindPriorPower(before);
-  const auto found =
-      StateCovariances(flight.draw.setup, flight.noise, flight.input, &flight.solution);
+  const PriorPower prior = FindPriorPower(flight.solution.graph);
+  const auto found = StateCovariances(flight.draw.setup, flight.solution);
   EXPECT_EQ(found, WithPriorPower(prior.statistic.Power(), prior));
-  ExpectTheSame(flight.solution.graph, before);
 }
 
 TEST(UnevenMotion, ASecondSolutionThatIsNoBetterLeavesTheFirst) {
@@ -66,6 +63,10 @@ TEST(UnevenMotion, ASecondSolutionThatIsNoBetterLeavesTheFirst) {
               input.frames[k].state.world_from_body.params);
   }
   ExpectTheSame(kept->graph, before);
+  ASSERT_EQ(kept->covariance.size(), first.covariance.size());
+  for (int k = 0; k < first.covariance.size(); ++k) {
+    EXPECT_TRUE(kept->covariance.At(k, k).isApprox(first.covariance.At(k, k), 1e-7)) << k;
+  }
 }
 
 }  // namespace

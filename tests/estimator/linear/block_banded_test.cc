@@ -5,6 +5,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+
+#include "estimator/linear/scaled_inverse.h"
 
 namespace tagtwist::internal::block_banded_test {
 namespace {
@@ -54,6 +57,49 @@ TEST_P(BlockBanded, SolvesAndInvertsLikeADenseMatrix) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Bandwidths, BlockBanded, testing::Values(0, 1, 3, 6));
+
+// The piece's own columns, those that reach into them and those that they reach, as a matrix.
+BlockBandedMatrix Cut(const BlockBandedMatrix& m, int first, int last) {
+  BlockBandedMatrix out(last - first, std::min(last - first - 1, m.bandwidth()));
+  for (int j = 0; j < out.size(); ++j) {
+    for (int i = j; i <= std::min(out.size() - 1, j + out.bandwidth()); ++i) {
+      out.At(i, j) = m.At(first + i, first + j);
+    }
+  }
+  return out;
+}
+
+// Pieces of four columns and a shorter one, which for the widest band are shorter than what reaches
+// into the next.
+TEST_P(BlockBanded, IsInvertedInPiecesLikeADenseMatrix) {
+  constexpr int kLength = 4, kColumns = 11;
+  const int bandwidth = GetParam();
+  const Both total = RandomMatrix(kColumns, bandwidth, 5), part = RandomMatrix(kColumns, 0, 6);
+  const double more = std::exp(0.3) - 1;
+  const Eigen::MatrixXd inverse = (total.dense + more * part.dense).inverse();
+  ScaledInverse pieces(0.3);
+  BlockBandedMatrix p;
+  const auto visit = [&](size_t number, bool is_back) {
+    const int begin = kLength * static_cast<int>(number), end = std::min(kColumns, begin + kLength);
+    const int first = std::max(0, begin - bandwidth), last = std::min(kColumns, end + bandwidth);
+    const BlockBandedMatrix of_total = Cut(total.banded, first, last),
+                            of_part = Cut(part.banded, first, last);
+    const PieceColumns own{begin - first, end - first};
+    pieces.Factorise(of_total, of_part, own, number, &p);
+    if (!is_back) return;
+    pieces.InvertBack(of_part, own, &p);
+    for (int j = own.begin; j < own.end; ++j) {
+      for (int i = j; i <= std::min(p.size() - 1, j + bandwidth); ++i) {
+        const auto expected = inverse.block<kSize, kSize>(kSize * (first + i), kSize * (first + j));
+        EXPECT_LT((p.At(i, j) - expected).norm(), 1e-9 * inverse.norm()) << first + j;
+      }
+    }
+  };
+  for (const size_t number : {0, 1}) visit(number, false);
+  for (const size_t number : {2, 1, 0}) visit(number, true);
+  ASSERT_TRUE(pieces.ok());
+  EXPECT_NEAR(pieces.trace(), (inverse * part.dense).trace(), 1e-9 * pieces.trace());
+}
 
 TEST(BlockBandedCholesky, TellsAnIndefiniteMatrix) {
   Both m = RandomMatrix(4, 1, 6);

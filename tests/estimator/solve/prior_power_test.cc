@@ -117,6 +117,28 @@ TEST(PriorPower, SlowTheFramesThatLeaveAWindowHaveItsPowerToo) {
   EXPECT_LT(nees.pose, 1.4);
 }
 
+// What is gathered from pieces of a graph is what the whole says, and so is what one step at a time
+// gives: for the window takes that, the batch the pieces.
+TEST(PriorPower, PiecesSayWhatTheWholeSays) {
+  ExactModelOptions model;
+  model.frames = 40;
+  const Solution solution = Solved(model, DrawFlight(model).measurements);
+  PriorPowerFinder finder(solution.graph);
+  while (!finder.done()) finder.Step();
+  const PriorPower& whole = finder.result();
+  for (const int length : {1, 7, 13, 39, 64}) {
+    const PriorPower prior = FindPriorPower(solution.graph, length);
+    EXPECT_NEAR(prior.statistic.found, whole.statistic.found, 1e-7 * whole.statistic.found);
+    EXPECT_NEAR(prior.statistic.noise_alone, whole.statistic.noise_alone, 1e-7);
+    EXPECT_NEAR(prior.statistic.under_prior, whole.statistic.under_prior, 1e-7);
+    ASSERT_EQ(prior.covariances.size(), whole.covariances.size());
+    for (size_t k = 0; k < whole.covariances.size(); ++k) {
+      EXPECT_TRUE(prior.covariances[k].isApprox(whole.covariances[k], 1e-9)) << length << " " << k;
+      EXPECT_TRUE(prior.of_prior[k].isApprox(whole.of_prior[k], 1e-7)) << length << " " << k;
+    }
+  }
+}
+
 // States that hang on the prior alone are not promised anything that only holds elsewhere.
 TEST(PriorPower, AGapKeepsItsCovariance) {
   ExactModelOptions model;

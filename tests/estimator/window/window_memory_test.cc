@@ -1,30 +1,14 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 
 #include "estimator/window/sliding_window.h"
+#include "tests/support/counted_heap.h"
 #include "tests/support/flights/exact_model.h"
-#include "tests/support/sanitizers.h"
-
-#ifndef TAGTWIST_SANITIZED
-#define TAGTWIST_COUNTS_ALLOCATIONS
-namespace {
-std::atomic<size_t> g_allocations{0};  // of this program so far
-}  // namespace
-// NOLINTBEGIN(readability-identifier-naming): the C library's names; operator new and Eigen call
-// malloc.
-extern "C" void* __libc_malloc(size_t size);
-extern "C" void* malloc(size_t size) noexcept {
-  g_allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-// NOLINTEND(readability-identifier-naming)
-#endif
 
 namespace tagtwist::internal::window_memory_test {
 namespace {
@@ -74,16 +58,16 @@ TEST(WindowMemory, DoesNotGrowWithTheFlight) {
   EXPECT_LT(AllocatedBytes(), settled + kSlack);
 }
 
-#ifdef TAGTWIST_COUNTS_ALLOCATIONS
 // None would be best. Most are those of residuals, which Ceres' base class keeps the sizes of, and
 // of what lens and map err by, which is learned at every few frames, at first more often.
 TEST(WindowMemory, AllocationsOfAFrameAreFewAndNoMoreAsItFlies) {
+  if (!kHeapIsCounted) GTEST_SKIP() << "malloc is the sanitizer's";
   Laps laps;
   for (int lap = 0; lap < 6; ++lap) laps.Fly();
   const auto of_a_frame = [&] {
-    const size_t before = g_allocations.load();
+    const size_t before = HeapSoFar().allocations;
     laps.Fly();
-    return static_cast<double>(g_allocations.load() - before) / kLap;
+    return static_cast<double>(HeapSoFar().allocations - before) / kLap;
   };
   const double first = of_a_frame(), second = of_a_frame();
   RecordProperty("allocations_of_a_frame", std::to_string(second));
@@ -91,7 +75,6 @@ TEST(WindowMemory, AllocationsOfAFrameAreFewAndNoMoreAsItFlies) {
   EXPECT_LT(first, 235);
   EXPECT_LT(second, 1.02 * first);
 }
-#endif
 
 }  // namespace
 }  // namespace tagtwist::internal::window_memory_test
