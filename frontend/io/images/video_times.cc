@@ -120,24 +120,28 @@ class MarkedStamps {
   std::vector<std::optional<int64_t>> stamps_ns_;
 };
 
-// Whether all frames have one size. A camera's have; and where it changes OpenCV reads past the
-// smaller ones.
+// Whether all frames have the size that the stream begins with. A camera's have; and where it
+// changes OpenCV reads past the smaller ones, also where a frame that cannot be decoded has
+// announced another.
 class FrameSizes {
  public:
-  void Take(const AVFrame& frame) {
-    if (count_++ == 0) width_ = frame.width, height_ = frame.height;
-    if (fault_.empty() && (frame.width != width_ || frame.height != height_)) {
-      fault_ = "frame " + std::to_string(count_ - 1) + ": expected " + Text(width_, height_) +
-               " px like the first, got " + Text(frame.width, frame.height);
-    }
-  }
+  explicit FrameSizes(const AVStream& stream)
+      : width_(stream.codecpar->width), height_(stream.codecpar->height) {}
+  void Take(const AVFrame& frame) { Compare(frame.width, frame.height, count_++); }
+  void Announced(const AVCodecContext& decoder) { Compare(decoder.width, decoder.height, count_); }
   const std::string& fault() const { return fault_; }
 
  private:
+  void Compare(int width, int height, int frame) {
+    if (width_ == 0) width_ = width, height_ = height;  // nothing is announced
+    if (!fault_.empty() || (width == width_ && height == height_)) return;
+    fault_ = "frame " + std::to_string(frame) + ": expected " + Text(width_, height_) +
+             " px as the stream begins, got " + Text(width, height);
+  }
   static std::string Text(int width, int height) {
     return std::to_string(width) + " x " + std::to_string(height);
   }
-  int count_ = 0, width_ = 0, height_ = 0;
+  int count_ = 0, width_, height_;
   std::string fault_;
 };
 
@@ -208,11 +212,12 @@ Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits)
   const std::unique_ptr<AVFrame, FreeFrame> frame(av_frame_alloc());
   const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
   MarkedStamps marked;
-  FrameSizes sizes;
+  FrameSizes sizes(stream);
   while (av_read_frame(input.get(), packet.get()) >= 0) {
     if (packet->stream_index == index) {
       marked.Take(*packet);
       avcodec_send_packet(decoder.get(), packet.get());
+      sizes.Announced(*decoder);
       TakeFrames(decoder.get(), stream, frame.get(), &marked, &sizes, &out);
     }
     av_packet_unref(packet.get());
