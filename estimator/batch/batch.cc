@@ -19,11 +19,13 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/reprojection.h"
 #include "estimator/graph/track_segments.h"
+#include "estimator/motion/turn_or_move.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/smoother.h"
 #include "estimator/start/doubled_tags.h"
+#include "estimator/start/leaps.h"
 #include "estimator/start/recording_start.h"
 #include "estimator/start/set_up_check.h"
 #include "estimator/start/steady_clock.h"
@@ -52,8 +54,7 @@ class BatchEstimator::Impl {
   Result<Estimate> Solve() const;
 
  private:
-  // Frames, without their tracks.
-  using Measurements = std::vector<FrameMeasurements>;
+  using Measurements = std::vector<FrameMeasurements>;  // without their tracks
 
   // Without the tags that are left out. `ways`: WaysWithoutTwins, as the solution shows.
   using Ways = std::vector<DoubledTags>;
@@ -117,17 +118,15 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
   };
   auto solution = decide(SolveFromStarts(setup_, options, input, noise));
   if (!solution) return solution;
-  const std::vector<TagDetection> none;  // in a state that is no frame's
-  std::vector<const std::vector<TagDetection>*> seen(input->frames.size(), &none);
-  for (size_t i = 0; i < state_of_frame.size(); ++i) {
-    const int k = state_of_frame[i];
-    if (k >= 0) seen[static_cast<size_t>(k)] = &measurements[i].tags;
-  }
+  const auto seen = TagsOfStates(measurements, state_of_frame, input->frames.size());
   // What is left out may have misled a start or hidden another fault: until nothing changes.
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool readmit = round == 0;
-    if (!ReviseTags(setup_, *noise, solution->graph, seen, readmit, &input->frames)) break;
+    if (!ReviseTags(setup_, *noise, solution->graph, seen, readmit, &input->frames) &&
+        !DropBeyondReach(&input->frames)) {
+      break;
+    }
     *solution = Solution();  // its memory is for the next
     solution = SolveAndLearn(setup_, options, input, noise);
     if (!solution) return solution;
@@ -196,6 +195,7 @@ Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& i
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);
   if (clock) out.warnings.push_back(TextOf(*clock));
+  if (out.noise.lever_m > 0) out.warnings.push_back(TextOfUntold(out.noise.lever_m));
   return out;
 }
 

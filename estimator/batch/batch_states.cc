@@ -26,6 +26,18 @@ std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<G
   return state_of_frame;
 }
 
+std::vector<const std::vector<TagDetection>*> TagsOfStates(
+    const std::vector<FrameMeasurements>& measurements, const std::vector<int>& state_of_frame,
+    size_t n_states) {
+  static const std::vector<TagDetection> kNone;
+  std::vector<const std::vector<TagDetection>*> out(n_states, &kNone);
+  for (size_t i = 0; i < state_of_frame.size(); ++i) {
+    const int k = state_of_frame[i];
+    if (k >= 0) out[static_cast<size_t>(k)] = &measurements[i].tags;
+  }
+  return out;
+}
+
 GraphInput InputOfStates(const std::vector<int>& state_of_frame,
                          const std::vector<TrackSegment>& segments,
                          std::vector<GraphFrame>* frames) {

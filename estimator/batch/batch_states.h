@@ -14,6 +14,7 @@
 #include "estimator/solve/smoother.h"
 #include "estimator/start/steady_clock.h"
 #include "frontend/types/body_state.h"
+#include "frontend/types/measurements.h"
 
 namespace tagtwist::internal {
 
@@ -22,6 +23,11 @@ namespace tagtwist::internal {
 /// nothing but the stiff motion prior, would be badly conditioned.
 std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames,
                                 const std::vector<TrackSegment>& segments);
+
+/// The tags that the frame of each state saw; none in a state that is no frame's.
+std::vector<const std::vector<TagDetection>*> TagsOfStates(
+    const std::vector<FrameMeasurements>& measurements, const std::vector<int>& state_of_frame,
+    size_t n_states);
 
 /// Frames with a state, taken from `frames`, and the segments counted in states.
 GraphInput InputOfStates(const std::vector<int>& state_of_frame,

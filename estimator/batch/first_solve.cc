@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "estimator/motion/turn_or_move.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 
@@ -38,10 +39,9 @@ double MostTimes(const std::vector<GraphFrame>& frames) {
   return any_open ? kBetweenPoses : kFarOff;
 }
 
-}  // namespace
-
-Result<Solution> SolveFromStarts(const EstimatorSetup& setup, const SolveOptions& options,
-                                 GraphInput* input, NoiseModel* noise) {
+// As the noise is to begin with, or again where the first solution's is far off.
+Result<Solution> SolveOnceOrTwice(const EstimatorSetup& setup, const SolveOptions& options,
+                                  GraphInput* input, NoiseModel* noise) {
   const std::vector<Motion> starts = MotionOf(input->frames);
   const double most_px = MostTimes(input->frames) * noise->corner_sigma_px;
   NoiseModel anew = InitialNoise(setup.options, noise->linear.on);
@@ -56,6 +56,27 @@ Result<Solution> SolveFromStarts(const EstimatorSetup& setup, const SolveOptions
   }
   *noise = anew;
   return second;
+}
+
+}  // namespace
+
+Result<Solution> SolveFromStarts(const EstimatorSetup& setup, const SolveOptions& options,
+                                 GraphInput* input, NoiseModel* noise) {
+  const NoiseModel start = *noise;
+  auto solution = SolveOnceOrTwice(setup, options, input, noise);
+  if (!MotionIsLearned(setup.options) || noise->linear.on != noise->angular.on) return solution;
+  if (!solution) *noise = start;
+  noise->lever_m = LeverOfUntold(setup, *noise, input->frames);
+  if (!(noise->lever_m > 0)) return solution;
+  if (MotionPriorIsOpen(setup.options)) {
+    // Which of the two tags do not tell either, and white jerk is not as sure.
+    const NoiseModel anew = InitialNoise(setup.options, WhiteNoiseOn::kJerk);
+    if (noise->linear.on != anew.linear.on) {
+      noise->linear = anew.linear;
+      noise->angular = anew.angular;
+    }
+  }
+  return SolveAndLearn(setup, options, input, noise);
 }
 
 }  // namespace tagtwist::internal

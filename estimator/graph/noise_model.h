@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -27,6 +28,20 @@ struct NoiseModel {
   MotionPrior angular{WhiteNoiseOn::kJerk, 300.0};  // [(rad/s^3)^2/Hz] or [(rad/s^2)^2/Hz]
   NoiseSource source = NoiseSource::kDefault;
   bool corner_is_given = false;  // then a detection's own covariance does not count
+  /// Above 0 the tags do not tell a body that turns from one that moves, which look alike at that
+  /// distance: the densities are one, linear.psd = lever_m^2 angular.psd, where both are learned.
+  double lever_m = 0;
 };
 
+namespace internal {
+
+/// Where the noise has a lever, raises either density to what the other looks like there.
+inline void TieDensities(NoiseModel* noise) {
+  if (!(noise->lever_m > 0)) return;
+  const double square_m2 = noise->lever_m * noise->lever_m;
+  noise->linear.psd = std::max(noise->linear.psd, square_m2 * noise->angular.psd);
+  noise->angular.psd = noise->linear.psd / square_m2;
+}
+
+}  // namespace internal
 }  // namespace tagtwist

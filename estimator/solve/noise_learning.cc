@@ -107,15 +107,13 @@ double LeastDensity(WhiteNoiseOn on, const NoiseStatistics& statistics) {
   return root * root / kMostInformation;
 }
 
-double Bounded(double ratio) { return std::clamp(ratio, 0.1, 10.0); }
-
 // New value of a variance. Data that say less of it than least_dof keep it: zero would claim what
 // they do not show. Where `low` is above `high`, as the least density is of states microseconds
 // apart, it rules.
 double Updated(double variance, const VarianceStatistic& statistic, double least_dof, double low,
                double high) {
   if (!(statistic.dof >= least_dof)) return variance;
-  const double ratio = Bounded(statistic.sum / statistic.dof / variance);
+  const double ratio = std::clamp(statistic.sum / statistic.dof / variance, 0.1, 10.0);
   return std::clamp(variance * ratio, low, std::max(low, high));
 }
 
@@ -286,6 +284,7 @@ NoiseModel UpdateNoise(const NoiseModel& noise, const NoiseStatistics& statistic
     const double least = LeastDensity(noise.angular.on, statistics);
     out.angular.psd = Updated(noise.angular.psd, statistics.angular, least_dof, least, 1e8);
   }
+  if (MotionIsLearned(options)) TieDensities(&out);
   out.source = Source(options, NoiseSource::kLearned);
   return out;
 }

@@ -65,4 +65,20 @@ std::vector<bool> Leaps(const EstimatorSetup& setup, const std::vector<GraphFram
   return out;
 }
 
+bool DropBeyondReach(std::vector<GraphFrame>* frames) {
+  constexpr size_t kOften = 50;  // one in so many frames
+  size_t n_seen = 0;
+  std::vector<GraphFrame*> beyond;
+  for (GraphFrame& frame : *frames) {
+    if (!frame.tags.empty()) ++n_seen;
+    const Twist& twist = frame.state.twist;
+    const bool is_fast =
+        twist.v_world.norm() > kFastestMps || twist.omega_body.norm() > kFastestRadps;
+    if (is_fast && frame.tags.size() == 1) beyond.push_back(&frame);
+  }
+  if (kOften * beyond.size() > n_seen) return false;
+  for (GraphFrame* frame : beyond) frame->tags.clear();
+  return !beyond.empty();
+}
+
 }  // namespace tagtwist::internal

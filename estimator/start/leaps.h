@@ -15,4 +15,9 @@ bool IsWithinReach(const Pose& from, const Pose& to, double dt_s);
 /// no tag. Tags that agree with one another count as they are.
 std::vector<bool> Leaps(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames);
 
+/// Takes lone tags out of the few solved frames in which the body would be faster than that: a gap
+/// leaves a solution the room to meet two phantoms in a row. A body that is often so fast is. True
+/// where there were any.
+bool DropBeyondReach(std::vector<GraphFrame>* frames);
+
 }  // namespace tagtwist::internal
