@@ -29,8 +29,8 @@ std::vector<int> StatesOfFrames(const EstimatorSetup& setup, const std::vector<G
 std::vector<const std::vector<TagDetection>*> TagsOfStates(
     const std::vector<FrameMeasurements>& measurements, const std::vector<int>& state_of_frame,
     size_t n_states) {
-  static const std::vector<TagDetection> kNone;
-  std::vector<const std::vector<TagDetection>*> out(n_states, &kNone);
+  static const std::vector<TagDetection> none;
+  std::vector<const std::vector<TagDetection>*> out(n_states, &none);
   for (size_t i = 0; i < state_of_frame.size(); ++i) {
     const int k = state_of_frame[i];
     if (k >= 0) out[static_cast<size_t>(k)] = &measurements[i].tags;
