@@ -123,10 +123,10 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool readmit = round == 0;
-    if (!ReviseTags(setup_, *noise, solution->graph, seen, readmit, &input->frames) &&
-        !DropBeyondReach(&input->frames)) {
-      break;
-    }
+    const bool is_revised =
+        ReviseTags(setup_, *noise, solution->graph, seen, readmit, &input->frames);
+    const bool is_beyond = DropBeyondReach(&input->frames);
+    if (!DropUnlikelyGlimpses(setup_, &input->frames) && !is_beyond && !is_revised) break;
     *solution = Solution();  // its memory is for the next
     solution = SolveAndLearn(setup_, options, input, noise);
     if (!solution) return solution;

@@ -1,11 +1,16 @@
 #include "estimator/start/leaps.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <utility>
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
 #include "estimator/rig/rig_pose.h"
+#include "frontend/base/statistics/quantile.h"
+#include "frontend/types/so3.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -36,6 +41,114 @@ std::optional<Slack> SlackOf(const EstimatorSetup& setup, const GraphFrame& fram
   if (!bound) return std::nullopt;
   return Slack{kSmall.m + kLeapSigmas * std::sqrt(bound->diagonal().tail<3>().sum()),
                kSmall.rad + kLeapSigmas * std::sqrt(bound->diagonal().head<3>().sum())};
+}
+
+// On the cubic between two states.
+BodyState OnCubic(const GraphFrame& from, const GraphFrame& to, int64_t t_ns) {
+  const double span_s = ToSeconds(to.t_ns - from.t_ns), u = ToSeconds(t_ns - from.t_ns) / span_s;
+  const auto way = [&](const Eigen::Vector3d& whole, const Eigen::Vector3d& rate,
+                       const Eigen::Vector3d& rate_to) -> Eigen::Vector3d {
+    return u * u * (3 - 2 * u) * whole + span_s * u * (1 - u) * ((1 - u) * rate - u * rate_to);
+  };
+  const auto rate_on = [&](const Eigen::Vector3d& whole, const Eigen::Vector3d& rate,
+                           const Eigen::Vector3d& rate_to) -> Eigen::Vector3d {
+    return 6 * u * (1 - u) / span_s * whole + (1 - u) * (1 - 3 * u) * rate +
+           u * (3 * u - 2) * rate_to;
+  };
+  const Pose &begin = from.state.world_from_body, &end = to.state.world_from_body;
+  const Twist &twist = from.state.twist, &twist_to = to.state.twist;
+  const Eigen::Vector3d move = end.translation() - begin.translation();
+  const Eigen::Vector3d turn = LogSo3(begin.rotation().conjugate() * end.rotation());
+  BodyState out;
+  out.world_from_body =
+      MakePose(begin.rotation() * ExpSo3(way(turn, twist.omega_body, twist_to.omega_body)),
+               begin.translation() + way(move, twist.v_world, twist_to.v_world));
+  out.twist.v_world = rate_on(move, twist.v_world, twist_to.v_world);
+  out.twist.omega_body = rate_on(turn, twist.omega_body, twist_to.omega_body);
+  return out;
+}
+
+// From the cubic between two states [m], [rad].
+Slack FromCubic(const GraphFrame& from, const GraphFrame& to, const GraphFrame& between) {
+  const Pose at = OnCubic(from, to, between.t_ns).world_from_body;
+  const Pose& there = between.state.world_from_body;
+  return {(there.translation() - at.translation()).norm(), AngleBetween(there, at)};
+}
+
+bool Shows(const GraphFrame& frame, int id) {
+  return std::any_of(frame.tags.begin(), frame.tags.end(),
+                     [id](const TagDetection& tag) { return tag.id == id; });
+}
+
+// Frames with tags, in order of time: those that others support, and those that stand alone.
+struct SeenFrames {
+  std::vector<GraphFrame*> supported, alone;
+  std::vector<size_t> run_end;  // behind the last of the supported ones that follow without a gap
+};
+
+// Frames with several tags support themselves, a lone tag is supported where three frames in a row
+// show it.
+SeenFrames FindSupported(std::vector<GraphFrame>* frames) {
+  constexpr double kInARow = 2.5;  // usual intervals
+  constexpr int kEnough = 3;
+  std::vector<GraphFrame*> seen;
+  std::vector<double> intervals_s;
+  for (GraphFrame& frame : *frames) {
+    if (frame.tags.empty()) continue;
+    if (!seen.empty()) intervals_s.push_back(ToSeconds(frame.t_ns - seen.back()->t_ns));
+    seen.push_back(&frame);
+  }
+  SeenFrames out;
+  if (intervals_s.empty()) return out;
+  const double most_s = kInARow * Quantile(intervals_s, 0.5);
+  for (size_t k = 0; k < seen.size(); ++k) {
+    const int id = seen[k]->tags[0].id;
+    int in_a_row = 1;  // that show it
+    const auto more = [&](size_t interval, size_t to) {
+      return in_a_row < kEnough && intervals_s[interval] < most_s && Shows(*seen[to], id);
+    };
+    for (size_t j = k; j > 0 && more(j - 1, j - 1); --j) ++in_a_row;
+    for (size_t j = k; j + 1 < seen.size() && more(j, j + 1); ++j) ++in_a_row;
+    const bool is_supported = seen[k]->tags.size() > 1 || in_a_row >= kEnough;
+    (is_supported ? out.supported : out.alone).push_back(seen[k]);
+  }
+  out.run_end.assign(out.supported.size(), out.supported.size());
+  for (size_t k = out.supported.size(); k-- > 1;) {
+    const double gap_s = ToSeconds(out.supported[k]->t_ns - out.supported[k - 1]->t_ns);
+    out.run_end[k - 1] = gap_s < most_s ? out.run_end[k] : k;
+  }
+  return out;
+}
+
+// The most that the body is from the cubic in nine of ten stretches of that length [s] without a
+// gap, at that share of their time; of shorter ones, where there are none, cubed. nullopt where no
+// stretch is long enough to tell.
+std::optional<Slack> UsualFromCubic(const SeenFrames& seen, double span_s, double share) {
+  constexpr size_t kLooks = 200;
+  constexpr double kShortest = 0.25;  // of the span
+  constexpr double kShare = 0.9;      // what is wrong still moves the frames beside it, too
+  const std::vector<GraphFrame*>& frames = seen.supported;
+  double longest_s = 0;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    longest_s = std::max(longest_s, ToSeconds(frames[seen.run_end[k] - 1]->t_ns - frames[k]->t_ns));
+  }
+  if (longest_s < kShortest * span_s) return std::nullopt;
+  const double look_s = std::min(span_s, 0.9 * longest_s), scale = std::pow(span_s / look_s, 3);
+  std::vector<double> off_m, off_rad;
+  for (size_t k = 0; k < frames.size(); k += 1 + frames.size() / kLooks) {
+    const auto at = [&](double after_s) {
+      size_t j = k;
+      while (j < seen.run_end[k] && ToSeconds(frames[j]->t_ns - frames[k]->t_ns) < after_s) ++j;
+      return j;
+    };
+    const size_t between = at(share * look_s), to = at(look_s);
+    if (to == seen.run_end[k] || between == k || between == to) continue;
+    const Slack off = FromCubic(*frames[k], *frames[to], *frames[between]);
+    off_m.push_back(off.m);
+    off_rad.push_back(off.rad);
+  }
+  if (off_m.empty()) return std::nullopt;
+  return Slack{scale * Quantile(off_m, kShare), scale * Quantile(off_rad, kShare)};
 }
 
 }  // namespace
@@ -79,6 +192,37 @@ bool DropBeyondReach(std::vector<GraphFrame>* frames) {
   if (kOften * beyond.size() > n_seen) return false;
   for (GraphFrame* frame : beyond) frame->tags.clear();
   return !beyond.empty();
+}
+
+bool DropUnlikelyGlimpses(const EstimatorSetup& setup, std::vector<GraphFrame>* frames) {
+  constexpr double kTimes = 4;
+  const SeenFrames seen = FindSupported(frames);
+  std::vector<GraphFrame*> unlikely;
+  std::vector<std::pair<const GraphFrame*, const GraphFrame*>> around;
+  auto after = seen.supported.begin();
+  for (GraphFrame* here : seen.alone) {
+    while (after != seen.supported.end() && (*after)->t_ns < here->t_ns) ++after;
+    if (after == seen.supported.begin() || after == seen.supported.end()) continue;
+    const GraphFrame &from = **(after - 1), &to = **after;
+    const double span_s = ToSeconds(to.t_ns - from.t_ns);
+    const auto slack = SlackOf(setup, *here);
+    const auto usual = UsualFromCubic(seen, span_s, ToSeconds(here->t_ns - from.t_ns) / span_s);
+    if (!slack || !usual) continue;
+    const Slack off = FromCubic(from, to, *here);
+    if (off.m < slack->m + kTimes * usual->m && off.rad < slack->rad + kTimes * usual->rad)
+      continue;
+    unlikely.push_back(here);
+    if (around.empty() || around.back().first != &from) around.emplace_back(&from, &to);
+  }
+  for (GraphFrame* frame : unlikely) frame->tags.clear();
+  // What they had led the states to is not where those without them start from.
+  for (const auto& [from, to] : around) {
+    for (GraphFrame& frame : *frames) {
+      const bool is_between = frame.t_ns > from->t_ns && frame.t_ns < to->t_ns;
+      if (is_between && frame.tags.empty()) frame.state = OnCubic(*from, *to, frame.t_ns);
+    }
+  }
+  return !unlikely.empty();
 }
 
 }  // namespace tagtwist::internal

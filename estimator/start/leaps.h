@@ -20,4 +20,11 @@ std::vector<bool> Leaps(const EstimatorSetup& setup, const std::vector<GraphFram
 /// where there were any.
 bool DropBeyondReach(std::vector<GraphFrame>* frames);
 
+/// Takes lone tags that fewer than three frames in a row show out of solved frames where the body
+/// would have to go another way than it does elsewhere: further from the cubic between the nearest
+/// frames that support one another than the body is in nine of ten stretches of such frames as
+/// long, four times over, and than the tag may be off. The frames around that have no tags are put
+/// on that cubic. True where there were any.
+bool DropUnlikelyGlimpses(const EstimatorSetup& setup, std::vector<GraphFrame>* frames);
+
 }  // namespace tagtwist::internal
