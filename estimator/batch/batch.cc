@@ -56,8 +56,14 @@ class BatchEstimator::Impl {
  private:
   using Measurements = std::vector<FrameMeasurements>;  // without their tracks
 
-  // Without the tags that are left out. `ways`: WaysWithoutTwins, as the solution shows.
-  using Ways = std::vector<DoubledTags>;
+  // What else may be, as a solution shows that takes lone glimpses as they are: WaysWithoutTwins,
+  // HasUnlikelyGlimpses. One without the unlikely ones follows a twin, and shows none.
+  struct Ways {
+    bool drops_glimpses = false;  // asked for
+    std::vector<DoubledTags> without_twins;
+    bool has_unlikely_glimpses = false;
+  };
+  // Without the tags that are left out.
   Result<Estimate> SolveWithout(const DoubledTags& doubled, Ways* ways) const;
   Result<Estimate> SolveRolling(const Measurements& measurements, const DoubledTags& doubled,
                                 Ways* ways) const;
@@ -72,7 +78,8 @@ class BatchEstimator::Impl {
   Result<Solution> SolveWithTrustedTags(const Measurements& measurements,
                                         const std::vector<int>& state_of_frame,
                                         const std::vector<FrameRange>& gaps, GraphInput* input,
-                                        NoiseModel* noise, std::vector<OpenAccounts>* open) const;
+                                        NoiseModel* noise, std::vector<OpenAccounts>* open,
+                                        Ways* ways) const;
   EstimatorSetup setup_;
   SpanObserver* spans_;
   std::optional<ImuRecord> imu_;
@@ -102,7 +109,8 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
                                                             const std::vector<int>& state_of_frame,
                                                             const std::vector<FrameRange>& gaps,
                                                             GraphInput* input, NoiseModel* noise,
-                                                            std::vector<OpenAccounts>* open) const {
+                                                            std::vector<OpenAccounts>* open,
+                                                            Ways* ways) const {
   const SolveOptions options{setup_.options.max_iterations, 0};
   // Decides between ways that the measurements leave open.
   const auto decide = [&](Result<Solution> solution) {
@@ -126,11 +134,13 @@ Result<Solution> BatchEstimator::Impl::SolveWithTrustedTags(const Measurements& 
     const bool is_revised =
         ReviseTags(setup_, *noise, solution->graph, seen, readmit, &input->frames);
     const bool is_beyond = DropBeyondReach(&input->frames);
-    if (!DropUnlikelyGlimpses(setup_, &input->frames) && !is_beyond && !is_revised) break;
+    const bool is_unlikely = ways->drops_glimpses && DropUnlikelyGlimpses(setup_, &input->frames);
+    if (!is_revised && !is_beyond && !is_unlikely) break;
     *solution = Solution();  // its memory is for the next
     solution = SolveAndLearn(setup_, options, input, noise);
     if (!solution) return solution;
   }
+  ways->has_unlikely_glimpses = HasUnlikelyGlimpses(setup_, input->frames);
   solution = LetMotionVary(setup_, options, std::move(*solution), input, noise);
   return decide(std::move(solution));
 }
@@ -140,6 +150,7 @@ Result<Estimate> BatchEstimator::Impl::SolveFor(const Measurements& measurements
   auto out = SolveBy(imu_, measurements, doubled, ways);
   if (!out || !out->imu) return out;
   Ways none;
+  none.drops_glimpses = ways->drops_glimpses;
   if (auto by_tags = SolveBy({}, measurements, doubled, &none)) {
     TakeSurer(std::move(*by_tags), &*out);
   }
@@ -165,7 +176,7 @@ Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& i
   std::vector<OpenAccounts> open;
   stages.Next("solve");
   auto solution =
-      SolveWithTrustedTags(measurements, state_of_frame, gaps, &input, &out.noise, &open);
+      SolveWithTrustedTags(measurements, state_of_frame, gaps, &input, &out.noise, &open, ways);
   if (!solution) return solution.error();
 
   if (imu) stages.Next("imu");
@@ -188,7 +199,7 @@ Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& i
   const SolvedFrames solved{measurements, *starts, state_of_frame};
   const TagAudit audit = AuditTags(setup_, solved, refused_, &out);
   for (std::string& warning : doubled.Warnings()) out.warnings.push_back(std::move(warning));
-  *ways = WaysWithoutTwins(setup_, solved, doubled);
+  ways->without_twins = WaysWithoutTwins(setup_, solved, doubled);
   FillFrames(setup_, solved, covariances, n_tracks_, clock, &out);
   TellAmbiguous(ambiguous, around, &out.frames);
   for (std::string& warning : audit.Warnings()) out.warnings.push_back(std::move(warning));
@@ -202,20 +213,25 @@ Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& i
 Result<Estimate> BatchEstimator::Impl::Solve() const {
   if (!set_up_is_right_) return set_up_is_right_.error();
   if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
-  Ways ways, none;
+  Ways ways, none, strict;
+  strict.drops_glimpses = true;
   auto out = SolveWithout(doubled_, &ways);
   // Of twins that are never in one frame only the solution tells: it is made again without them.
   constexpr double kNoBetter = 1.2;  // than with the twins, which then are none
   double least = out ? kNoBetter * LargestJolt(out->frames) : 0;
-  for (const DoubledTags& way : ways) {
+  bool has_twins = false;
+  for (const DoubledTags& way : ways.without_twins) {
     auto without = SolveWithout(way, &none);
     if (!without) continue;
     const double jolt = LargestJolt(without->frames);
     if (!(jolt < least)) continue;
     least = jolt;
     out = std::move(without);
+    has_twins = true;
   }
-  return out;
+  if (has_twins || !ways.has_unlikely_glimpses) return out;
+  auto without_glimpses = SolveWithout(doubled_, &strict);
+  return without_glimpses ? std::move(without_glimpses) : std::move(out);
 }
 
 Result<Estimate> BatchEstimator::Impl::SolveWithout(const DoubledTags& doubled, Ways* ways) const {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
-#include <utility>
 
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/pose_bound.h"
@@ -82,18 +81,18 @@ bool Shows(const GraphFrame& frame, int id) {
 
 // Frames with tags, in order of time: those that others support, and those that stand alone.
 struct SeenFrames {
-  std::vector<GraphFrame*> supported, alone;
+  std::vector<const GraphFrame*> supported, alone;
   std::vector<size_t> run_end;  // behind the last of the supported ones that follow without a gap
 };
 
 // Frames with several tags support themselves, a lone tag is supported where three frames in a row
 // show it.
-SeenFrames FindSupported(std::vector<GraphFrame>* frames) {
+SeenFrames FindSupported(const std::vector<GraphFrame>& frames) {
   constexpr double kInARow = 2.5;  // usual intervals
   constexpr int kEnough = 3;
-  std::vector<GraphFrame*> seen;
+  std::vector<const GraphFrame*> seen;
   std::vector<double> intervals_s;
-  for (GraphFrame& frame : *frames) {
+  for (const GraphFrame& frame : frames) {
     if (frame.tags.empty()) continue;
     if (!seen.empty()) intervals_s.push_back(ToSeconds(frame.t_ns - seen.back()->t_ns));
     seen.push_back(&frame);
@@ -127,7 +126,7 @@ std::optional<Slack> UsualFromCubic(const SeenFrames& seen, double span_s, doubl
   constexpr size_t kLooks = 200;
   constexpr double kShortest = 0.25;  // of the span
   constexpr double kShare = 0.9;      // what is wrong still moves the frames beside it, too
-  const std::vector<GraphFrame*>& frames = seen.supported;
+  const std::vector<const GraphFrame*>& frames = seen.supported;
   double longest_s = 0;
   for (size_t k = 0; k < frames.size(); ++k) {
     longest_s = std::max(longest_s, ToSeconds(frames[seen.run_end[k] - 1]->t_ns - frames[k]->t_ns));
@@ -149,6 +148,32 @@ std::optional<Slack> UsualFromCubic(const SeenFrames& seen, double span_s, doubl
   }
   if (off_m.empty()) return std::nullopt;
   return Slack{scale * Quantile(off_m, kShare), scale * Quantile(off_rad, kShare)};
+}
+
+struct Glimpse {
+  const GraphFrame *frame, *from, *to;  // with the supported ones around it
+};
+
+std::vector<Glimpse> UnlikelyGlimpses(const EstimatorSetup& setup,
+                                      const std::vector<GraphFrame>& frames) {
+  constexpr double kTimes = 4;
+  const SeenFrames seen = FindSupported(frames);
+  std::vector<Glimpse> out;
+  auto after = seen.supported.begin();
+  for (const GraphFrame* here : seen.alone) {
+    while (after != seen.supported.end() && (*after)->t_ns < here->t_ns) ++after;
+    if (after == seen.supported.begin() || after == seen.supported.end()) continue;
+    const GraphFrame &from = **(after - 1), &to = **after;
+    const double span_s = ToSeconds(to.t_ns - from.t_ns);
+    const auto slack = SlackOf(setup, *here);
+    const auto usual = UsualFromCubic(seen, span_s, ToSeconds(here->t_ns - from.t_ns) / span_s);
+    if (!slack || !usual) continue;
+    const Slack off = FromCubic(from, to, *here);
+    if (off.m > slack->m + kTimes * usual->m || off.rad > slack->rad + kTimes * usual->rad) {
+      out.push_back({here, &from, &to});
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -195,34 +220,25 @@ bool DropBeyondReach(std::vector<GraphFrame>* frames) {
 }
 
 bool DropUnlikelyGlimpses(const EstimatorSetup& setup, std::vector<GraphFrame>* frames) {
-  constexpr double kTimes = 4;
-  const SeenFrames seen = FindSupported(frames);
-  std::vector<GraphFrame*> unlikely;
-  std::vector<std::pair<const GraphFrame*, const GraphFrame*>> around;
-  auto after = seen.supported.begin();
-  for (GraphFrame* here : seen.alone) {
-    while (after != seen.supported.end() && (*after)->t_ns < here->t_ns) ++after;
-    if (after == seen.supported.begin() || after == seen.supported.end()) continue;
-    const GraphFrame &from = **(after - 1), &to = **after;
-    const double span_s = ToSeconds(to.t_ns - from.t_ns);
-    const auto slack = SlackOf(setup, *here);
-    const auto usual = UsualFromCubic(seen, span_s, ToSeconds(here->t_ns - from.t_ns) / span_s);
-    if (!slack || !usual) continue;
-    const Slack off = FromCubic(from, to, *here);
-    if (off.m < slack->m + kTimes * usual->m && off.rad < slack->rad + kTimes * usual->rad)
-      continue;
-    unlikely.push_back(here);
-    if (around.empty() || around.back().first != &from) around.emplace_back(&from, &to);
+  const std::vector<Glimpse> unlikely = UnlikelyGlimpses(setup, *frames);
+  for (const Glimpse& glimpse : unlikely) {
+    (*frames)[static_cast<size_t>(glimpse.frame - frames->data())].tags.clear();
   }
-  for (GraphFrame* frame : unlikely) frame->tags.clear();
   // What they had led the states to is not where those without them start from.
-  for (const auto& [from, to] : around) {
+  const GraphFrame* done = nullptr;
+  for (const auto& [glimpse, from, to] : unlikely) {
+    if (from == done) continue;
+    done = from;
     for (GraphFrame& frame : *frames) {
       const bool is_between = frame.t_ns > from->t_ns && frame.t_ns < to->t_ns;
       if (is_between && frame.tags.empty()) frame.state = OnCubic(*from, *to, frame.t_ns);
     }
   }
   return !unlikely.empty();
+}
+
+bool HasUnlikelyGlimpses(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames) {
+  return !UnlikelyGlimpses(setup, frames).empty();
 }
 
 }  // namespace tagtwist::internal

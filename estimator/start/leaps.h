@@ -26,5 +26,6 @@ bool DropBeyondReach(std::vector<GraphFrame>* frames);
 /// long, four times over, and than the tag may be off. The frames around that have no tags are put
 /// on that cubic. True where there were any.
 bool DropUnlikelyGlimpses(const EstimatorSetup& setup, std::vector<GraphFrame>* frames);
+bool HasUnlikelyGlimpses(const EstimatorSetup& setup, const std::vector<GraphFrame>& frames);
 
 }  // namespace tagtwist::internal

@@ -33,7 +33,7 @@ SituationDraw PhantomsInGaps(unsigned seed) {
 }
 
 // Nothing beside a phantom contradicts it there, and the densities learned with it allow the way.
-TEST(Phantoms, InGapsAreNotBelieved) {
+TEST(Phantoms, SlowInGapsAreNotBelieved) {
   for (const unsigned seed : {33U, 35U}) {
     const SituationDraw draw = PhantomsInGaps(seed);
     const auto out = RunBatch(SetUpOf(draw.setup), {}, draw.measurements);
