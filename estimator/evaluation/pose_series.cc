@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/types/cubic.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -37,21 +38,14 @@ StateCovariance ErrorStateMap(const PoseSample& sample, const Pose& truth_from_w
   return map;
 }
 
-// The share w of a step from a to b, with the slopes there: cubic.
-Eigen::Vector3d Hermite(const Eigen::Vector3d& step, const Eigen::Vector3d& slope_a,
-                        const Eigen::Vector3d& slope_b, double step_s, double w) {
-  return w * w * (3 - 2 * w) * step + step_s * w * (1 - w) * ((1 - w) * slope_a - w * slope_b);
-}
-
 // Over one step the turn is small: its slope is the body rate.
 Pose PoseBetween(const PoseSample& a, const PoseSample& b, double step_s, double w) {
-  PoseStep step = Difference(b.world_from_body, a.world_from_body);
   if (a.covariance && b.covariance && a.twist && b.twist) {
-    step << Hermite(step.head<3>(), a.twist->omega_body, b.twist->omega_body, step_s, w),
-        Hermite(step.tail<3>(), a.twist->v_world, b.twist->v_world, step_s, w);
-    return Retract(a.world_from_body, step);
+    return internal::CubicBetween({a.world_from_body, *a.twist}, {b.world_from_body, *b.twist},
+                                  step_s, w)
+        .world_from_body;
   }
-  return Retract(a.world_from_body, w * step);
+  return Retract(a.world_from_body, w * Difference(b.world_from_body, a.world_from_body));
 }
 
 }  // namespace

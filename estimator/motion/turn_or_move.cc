@@ -92,8 +92,7 @@ double LeverOfUntold(const EstimatorSetup& setup, const NoiseModel& noise,
 std::string TextOfUntold(double lever_m) {
   return Format(
       "in most frames the tags, some %.1f m away, hardly tell a body that turns from one that "
-      "moves: "
-      "either is taken to be as likely, and the sigmas hold what that leaves open",
+      "moves: either is taken to be as likely, and the sigmas hold what that leaves open",
       lever_m);
 }
 

@@ -9,7 +9,7 @@
 #include "estimator/graph/pose_bound.h"
 #include "estimator/rig/rig_pose.h"
 #include "frontend/base/statistics/quantile.h"
-#include "frontend/types/so3.h"
+#include "frontend/types/cubic.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -42,29 +42,9 @@ std::optional<Slack> SlackOf(const EstimatorSetup& setup, const GraphFrame& fram
                kSmall.rad + kLeapSigmas * std::sqrt(bound->diagonal().head<3>().sum())};
 }
 
-// On the cubic between two states.
 BodyState OnCubic(const GraphFrame& from, const GraphFrame& to, int64_t t_ns) {
-  const double span_s = ToSeconds(to.t_ns - from.t_ns), u = ToSeconds(t_ns - from.t_ns) / span_s;
-  const auto way = [&](const Eigen::Vector3d& whole, const Eigen::Vector3d& rate,
-                       const Eigen::Vector3d& rate_to) -> Eigen::Vector3d {
-    return u * u * (3 - 2 * u) * whole + span_s * u * (1 - u) * ((1 - u) * rate - u * rate_to);
-  };
-  const auto rate_on = [&](const Eigen::Vector3d& whole, const Eigen::Vector3d& rate,
-                           const Eigen::Vector3d& rate_to) -> Eigen::Vector3d {
-    return 6 * u * (1 - u) / span_s * whole + (1 - u) * (1 - 3 * u) * rate +
-           u * (3 * u - 2) * rate_to;
-  };
-  const Pose &begin = from.state.world_from_body, &end = to.state.world_from_body;
-  const Twist &twist = from.state.twist, &twist_to = to.state.twist;
-  const Eigen::Vector3d move = end.translation() - begin.translation();
-  const Eigen::Vector3d turn = LogSo3(begin.rotation().conjugate() * end.rotation());
-  BodyState out;
-  out.world_from_body =
-      MakePose(begin.rotation() * ExpSo3(way(turn, twist.omega_body, twist_to.omega_body)),
-               begin.translation() + way(move, twist.v_world, twist_to.v_world));
-  out.twist.v_world = rate_on(move, twist.v_world, twist_to.v_world);
-  out.twist.omega_body = rate_on(turn, twist.omega_body, twist_to.omega_body);
-  return out;
+  const double span_s = ToSeconds(to.t_ns - from.t_ns);
+  return CubicBetween(from.state, to.state, span_s, ToSeconds(t_ns - from.t_ns) / span_s);
 }
 
 // From the cubic between two states [m], [rad].
@@ -83,6 +63,7 @@ bool Shows(const GraphFrame& frame, int id) {
 struct SeenFrames {
   std::vector<const GraphFrame*> supported, alone;
   std::vector<size_t> run_end;  // behind the last of the supported ones that follow without a gap
+  double longest_run_s = 0;
 };
 
 // Frames with several tags support themselves, a lone tag is supported where three frames in a row
@@ -116,6 +97,10 @@ SeenFrames FindSupported(const std::vector<GraphFrame>& frames) {
     const double gap_s = ToSeconds(out.supported[k]->t_ns - out.supported[k - 1]->t_ns);
     out.run_end[k - 1] = gap_s < most_s ? out.run_end[k] : k;
   }
+  for (size_t k = 0; k < out.supported.size(); ++k) {
+    const int64_t run_ns = out.supported[out.run_end[k] - 1]->t_ns - out.supported[k]->t_ns;
+    out.longest_run_s = std::max(out.longest_run_s, ToSeconds(run_ns));
+  }
   return out;
 }
 
@@ -127,10 +112,7 @@ std::optional<Slack> UsualFromCubic(const SeenFrames& seen, double span_s, doubl
   constexpr double kShortest = 0.25;  // of the span
   constexpr double kShare = 0.9;      // what is wrong still moves the frames beside it, too
   const std::vector<const GraphFrame*>& frames = seen.supported;
-  double longest_s = 0;
-  for (size_t k = 0; k < frames.size(); ++k) {
-    longest_s = std::max(longest_s, ToSeconds(frames[seen.run_end[k] - 1]->t_ns - frames[k]->t_ns));
-  }
+  const double longest_s = seen.longest_run_s;
   if (longest_s < kShortest * span_s) return std::nullopt;
   const double look_s = std::min(span_s, 0.9 * longest_s), scale = std::pow(span_s / look_s, 3);
   std::vector<double> off_m, off_rad;
