@@ -18,6 +18,7 @@ extern "C" {
 #include <libavutil/dict.h>
 #include <libavutil/display.h>
 #include <libavutil/log.h>
+#include <libavutil/mem.h>
 }
 
 namespace tagtwist::internal {
@@ -41,7 +42,9 @@ using Decoder = std::unique_ptr<AVCodecContext, FreeDecoder>;
 double ToHz(const AVRational& rate) { return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0; }
 
 Input OpenInput(const std::string& path) {
+  constexpr size_t kMostBytes = size_t{1} << 29;  // at once: more than any frame within the limits
   av_log_set_level(AV_LOG_QUIET);
+  av_max_alloc(kMostBytes);  // a kilobyte may declare a table of a gigabyte
   AVFormatContext* context = nullptr;
   if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return {};
   return Input(context);
