@@ -18,6 +18,23 @@ double PositionSigma3(const FrameEstimate& frame) {
 
 bool HasAState(const FrameEstimate& frame) { return frame.status != FrameStatus::kNoFix; }
 
+// By more than a lone small tag's pose may be off, and five of the state's own sigmas.
+bool LiesElsewhere(const FrameEstimate& frame, const Pose& pose) {
+  constexpr double kTagRad = 0.35, kTagM = 0.3, kSigmas = 5;
+  const auto sigma = [&](int first) {
+    return std::sqrt(frame.covariance.diagonal().segment<3>(first).sum());
+  };
+  const PoseStep d = Difference(pose, frame.state.world_from_body);
+  return d.head<3>().norm() > kTagRad + kSigmas * sigma(0) ||
+         d.tail<3>().norm() > kTagM + kSigmas * sigma(3);
+}
+
+bool IsAWay(const Pose& from, const Pose& to, double dt_s) {
+  constexpr double kMostMps = 10, kMostRadps = 20;
+  const PoseStep d = Difference(to, from);
+  return d.head<3>().norm() < kMostRadps * dt_s && d.tail<3>().norm() < kMostMps * dt_s;
+}
+
 }  // namespace
 
 void StretchTally::Add(double t_s, bool holds) {
@@ -118,6 +135,22 @@ void FewTagsTally::Add(double t_s, const FrameEstimate& frame) {
   if (few && HasAState(frame)) worst_m = std::max(worst_m.value_or(0), PositionSigma3(frame));
 }
 
+void UnheardTags::Add(double t_s, const FrameEstimate& frame) {
+  constexpr size_t kEnough = 5;
+  const std::optional<Pose>& pose = frame.closed_form.world_from_body;
+  const bool sees = pose && HasAState(frame);
+  const bool is_one = sees && frame.n_tags == 0 && LiesElsewhere(frame, *pose);
+  if (is_one) {
+    const bool goes_on = last_ && IsAWay(*last_, *pose, t_s - last_s_);
+    in_a_row_ = goes_on || !last_ ? in_a_row_ + 1 : 1;
+  } else if (sees) {
+    in_a_row_ = 0;
+  }
+  where.Add(t_s, is_one && in_a_row_ >= kEnough);
+  last_ = is_one ? pose : std::nullopt;
+  last_s_ = t_s;
+}
+
 void FrameTally::Add(const FrameEstimate& frame) {
   if (frames == 0) first_ns = frame.t_ns;
   const double t_s = ToSeconds(frame.t_ns - first_ns);
@@ -133,6 +166,7 @@ void FrameTally::Add(const FrameEstimate& frame) {
   ambiguous.Add(t_s, is_ambiguous && sees);
   if (is_ambiguous && sees) worst_ambiguous_m = std::max(worst_ambiguous_m, PositionSigma3(frame));
   open_turns.Add(t_s, is_ambiguous && !sees);
+  unheard.Add(t_s, frame);
   hurried.Add(t_s, frame.status == FrameStatus::kHurried);
   for (FewTagsTally& few : few_tags) few.Add(t_s, frame);
   const ClosedForm& c = frame.closed_form;

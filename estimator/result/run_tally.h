@@ -75,6 +75,20 @@ struct FewTagsTally {
   void Add(double t_s, const FrameEstimate& frame);
 };
 
+/// Frames none of whose tags is in the estimate, though they say, frame after frame along a way
+/// that a body can take, that it is elsewhere by far: five and more in a row that both are known
+/// of.
+struct UnheardTags {
+  StretchTally where;
+
+  void Add(double t_s, const FrameEstimate& frame);
+
+ private:
+  std::optional<Pose> last_;  // of the frame before, where it is one of them
+  double last_s_ = 0;
+  size_t in_a_row_ = 0;
+};
+
 /// A trajectory among the frames.
 struct SeriesTally {
   size_t frames = 0;
@@ -90,6 +104,7 @@ struct FrameTally {
   int64_t first_ns = 0, last_ns = 0;
   StretchTally without_state, ambiguous, open_turns, hurried;
   std::array<FewTagsTally, 2> few_tags = {{{1, {}, {}}, {2, {}, {}}}};
+  UnheardTags unheard;
   double worst_ambiguous_m = 0;  // how badly position is known there, 3-D
   StepTally steps;
   /// Of neighbours that both have a state: |change|^2 of v_world and omega_body, and time [s].

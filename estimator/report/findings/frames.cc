@@ -64,6 +64,17 @@ void AddOpenTurns(const FrameTally& all, std::vector<Finding>* out) {
                   "Keep tags in view while the body turns: put more of them there."});
 }
 
+void AddUnheard(const FrameTally& all, std::vector<Finding>* out) {
+  if (all.unheard.where.count() == 0) return;
+  out->push_back(
+      {ShareText(all.unheard.where.count(), all.frames) +
+           " show tags that say, one frame after the other, a pose far from the estimate's, at " +
+           all.unheard.where.Text() +
+           ": the estimate goes by what it knew before, and one of both is wrong.",
+       "Look at the closed form there. Faster than the shutter reads its lines? A tag that was "
+       "carried off, or another with its id?"});
+}
+
 void AddHurried(const FrameTally& all, std::vector<Finding>* out) {
   if (all.hurried.count() == 0) return;
   out->push_back({ShareText(all.hurried.count(), all.frames) +
@@ -185,6 +196,7 @@ std::vector<Finding> FrameFindings(const Estimate& e, const RunFacts& facts, con
   for (Finding& finding : out) finding.is_in_sigmas = true;
   AddAmbiguous(all, &out);
   AddOpenTurns(all, &out);
+  AddUnheard(all, &out);
   // Where several cameras take frames the time between two of them says nothing.
   if (e.cameras.size() < 2) {
     AddStamps(all, e.frames, e.mode == EstimateMode::kSlidingWindow, &out);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "frontend/base/statistics/thinned_sample.h"
 #include "tests/support/flights/synthetic_estimate.h"
 
@@ -58,6 +60,35 @@ TEST(FrameTally, CountsWhatFramesAre) {
     changes += (b.v_world - a.v_world).squaredNorm();
   }
   EXPECT_NEAR(tally.velocity_changes, changes, 1e-9 * changes);
+}
+
+// A body that is told to stand, and tags that say it turns at that rate from the tenth frame on.
+size_t UnheardFrames(double rate_radps, double sigma_rad, FrameStatus status, int every = 1) {
+  UnheardTags tally;
+  for (int k = 0; k < 60; ++k) {
+    const double t_s = k / 60.0;
+    FrameEstimate frame;
+    frame.status = k < 10 ? FrameStatus::kOk : status;
+    frame.n_tags = k < 10 ? 1 : 0;
+    frame.covariance.diagonal().setConstant(sigma_rad * sigma_rad);
+    if (k % every == 0) {
+      const double angle_rad = rate_radps * std::max(0.0, t_s - 10 / 60.0);
+      frame.closed_form.world_from_body =
+          MakePose(Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ())),
+                   Eigen::Vector3d::Zero());
+    }
+    tally.Add(t_s, frame);
+  }
+  return tally.where.count();
+}
+
+TEST(UnheardTags, AreFramesInARowThatSayAnotherPoseThanTheEstimate) {
+  EXPECT_GT(UnheardFrames(3, 0.01, FrameStatus::kPredicted), 30U);
+  EXPECT_EQ(UnheardFrames(0, 0.01, FrameStatus::kPredicted), 0U);    // they say the same
+  EXPECT_EQ(UnheardFrames(3, 1, FrameStatus::kPredicted), 0U);       // it claims to know nothing
+  EXPECT_EQ(UnheardFrames(3, 0.01, FrameStatus::kNoFix), 0U);        // it claims nothing
+  EXPECT_EQ(UnheardFrames(300, 0.01, FrameStatus::kPredicted), 0U);  // no way of a body
+  EXPECT_GT(UnheardFrames(3, 0.01, FrameStatus::kPredicted, 2), 10U);
 }
 
 TEST(ThinnedSample, ThoseOfEquallyManyHaveTheSamePlaces) {
