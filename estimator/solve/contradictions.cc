@@ -27,7 +27,8 @@ std::set<View> ViewsOf(const std::vector<TagDetection>& tags) {
   return out;
 }
 
-// Ids of tags that most of the frames that show them do without.
+// Ids of tags that most of the frames that show them do without. Where that are most of several
+// ids, it is not the tags: none.
 std::set<int> UnreliableTags(const std::vector<const std::vector<TagDetection>*>& seen,
                              const std::vector<GraphFrame>& frames) {
   constexpr int kLeastFrames = 5;
@@ -37,10 +38,13 @@ std::set<int> UnreliableTags(const std::vector<const std::vector<TagDetection>*>
     for (const TagDetection& tag : frames[i].tags) ++seen_and_used[tag.id].second;
   }
   std::set<int> out;
+  size_t judged = 0;
   for (const auto& [id, counts] : seen_and_used) {
-    if (counts.first >= kLeastFrames && 2 * counts.second < counts.first) out.insert(id);
+    if (counts.first < kLeastFrames) continue;
+    ++judged;
+    if (2 * counts.second < counts.first) out.insert(id);
   }
-  return out;
+  return judged > 2 && 2 * out.size() > judged ? std::set<int>() : out;
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/flights/exact_model.h"
 
 namespace tagtwist::internal::contradictions_test {
@@ -14,11 +16,11 @@ struct Scene {
   NoiseModel noise;
   std::vector<GraphFrame> frames;
 
-  // Three frames at their true states, all tags where they are seen without noise.
-  Scene() {
+  // Frames at their true states, all tags where they are seen without noise.
+  explicit Scene(int n_frames = 3) {
     noise.corner_sigma_px = kSigmaPx;
     ExactModelOptions model;
-    model.frames = 3;
+    model.frames = n_frames;
     model.corner_sigma_px = 1e-9;
     const ExactModelFlight flight = DrawFlight(model);
     for (size_t k = 0; k < flight.truth.size(); ++k) {
@@ -84,6 +86,39 @@ TEST(Contradictions, RevisionLeavesOutAndTakesInAgain) {
   ASSERT_EQ(scene.frames[1].tags.size(), bad.size() - 1);
   EXPECT_NE(scene.frames[1].tags[0].id, bad[0].id);
   EXPECT_FALSE(ReviseTags(scene.setup, scene.noise, scene.MakeGraph(), seen, true, &scene.frames));
+}
+
+// Shifts a tag, or all, in five of eight frames; how many the other three then do without.
+size_t MissingInTheOthers(bool all_tags) {
+  Scene scene(8);
+  const auto all_show = [&](const TagDetection& tag) {
+    return std::all_of(scene.frames.begin(), scene.frames.end(), [&](const GraphFrame& frame) {
+      return std::any_of(frame.tags.begin(), frame.tags.end(),
+                         [&](const TagDetection& other) { return other.id == tag.id; });
+    });
+  };
+  const auto& first = scene.frames[0].tags;
+  const auto shown = std::find_if(first.begin(), first.end(), all_show);
+  if (shown == first.end()) return 0;
+  const int id = shown->id;
+  for (size_t k = 0; k < 5; ++k) {
+    for (size_t i = 0; i < scene.frames[k].tags.size(); ++i) {
+      if (all_tags || scene.frames[k].tags[i].id == id) scene.Shift(k, i, 40 * kSigmaPx);
+    }
+  }
+  std::vector<std::vector<TagDetection>> tags;
+  for (const GraphFrame& frame : scene.frames) tags.push_back(frame.tags);
+  std::vector<const std::vector<TagDetection>*> seen;
+  for (const auto& of_frame : tags) seen.push_back(&of_frame);
+  EXPECT_TRUE(ReviseTags(scene.setup, scene.noise, scene.MakeGraph(), seen, false, &scene.frames));
+  size_t missing = 0;
+  for (size_t k = 5; k < 8; ++k) missing += tags[k].size() - scene.frames[k].tags.size();
+  return missing;
+}
+
+TEST(Contradictions, AnIdThatMostFramesContradictIsLeftOutButNotAllIds) {
+  EXPECT_EQ(MissingInTheOthers(/*all_tags=*/false), 3U);
+  EXPECT_EQ(MissingInTheOthers(/*all_tags=*/true), 0U);
 }
 
 }  // namespace
