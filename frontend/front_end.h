@@ -44,6 +44,9 @@ class FrontEnd {
   /// image, or a bad one): then there are no tracks and the open ones end.
   FrameMeasurements Process(int64_t t_ns, const std::vector<TagDetection>& tags,
                             const cv::Mat& image);
+  /// Whether an image is byte for byte the one before, of which it keeps a copy; call it once a
+  /// frame. See FrameMeasurements::same_image.
+  bool ShowsTheSame(const cv::Mat& image);
   std::vector<TrackObservation> Track(const std::vector<TagDetection>& tags, const cv::Mat& image,
                                       const SeenBesides& besides = {});
   ClosedForm ClosedFormOf(int64_t t_ns, const std::vector<TagDetection>& tags,

@@ -19,19 +19,22 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/reprojection.h"
 #include "estimator/graph/track_segments.h"
+#include "estimator/motion/motion_breaks.h"
+#include "estimator/motion/repeated_images.h"
 #include "estimator/motion/turn_or_move.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/smoother.h"
+#include "estimator/start/corner_scatter.h"
 #include "estimator/start/doubled_tags.h"
 #include "estimator/start/leaps.h"
 #include "estimator/start/recording_start.h"
 #include "estimator/start/set_up_check.h"
 #include "estimator/start/steady_clock.h"
-#include "estimator/start/tag_gate.h"
 #include "estimator/start/tags_at_stamp.h"
 #include "frontend/base/spans.h"
+#include "frontend/geometry/tag_gate.h"
 
 namespace tagtwist {
 
@@ -51,7 +54,7 @@ class BatchEstimator::Impl {
     setup_.options.use_tracks = false;
   }
   void Add(FrameMeasurements measurement);
-  Result<Estimate> Solve() const;
+  Result<Estimate> Solve();
 
  private:
   using Measurements = std::vector<FrameMeasurements>;  // without their tracks
@@ -87,20 +90,24 @@ class BatchEstimator::Impl {
   RigCheck set_up_check_;
   Status set_up_is_right_ = Ok();  // as far as the frames say
   TagGate gate_;
+  RepeatedImages repeated_;
   DoubledTags doubled_;
   Measurements measurements_;  // without the tags that
   TagsByFrame refused_;        // the gate refused
   std::vector<int> n_tracks_;
+  std::vector<std::vector<double>> misfits_px_;  // of the tags of each frame (CornerScatter)
 };
 
 void BatchEstimator::Impl::Add(FrameMeasurements measurement) {
+  repeated_.TakeOut(&measurement);
   segmenter_.Add(measurement.tracks, static_cast<int>(measurement.tags.size()),
                  measurement.cameras);
   n_tracks_.push_back(static_cast<int>(measurement.tracks.size()));
   measurement.tracks = {};
   doubled_.Add(measurement);
   if (set_up_is_right_) set_up_is_right_ = set_up_check_.Add(measurement.tags);
-  auto refused = gate_.TakeRefused(&measurement.tags);
+  auto refused = gate_.TakeRefused(&measurement.tags, &misfits_px_.emplace_back());
+  if (!IsJudgedByShape(setup_, measurement.tags)) misfits_px_.back().clear();
   if (!refused.empty()) refused_.emplace(measurements_.size(), std::move(refused));
   measurements_.push_back(std::move(measurement));
 }
@@ -168,6 +175,7 @@ Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& i
   out.noise = InitialNoise(setup_.options);
   const std::optional<SteadyClock> clock = ChooseClock(setup_, *starts, &out.noise);
   if (clock) TakeAtTimes(clock->t_ns, &*starts);
+  const std::optional<std::string> of_breaks = MarkBreaks(setup_, &*starts);
   out.noise = ChooseNoise(setup_, *starts, out.noise);
   std::vector<int> state_of_frame = StatesOfFrames(setup_, *starts, segmenter_.segments());
   GraphInput input = InputOfStates(state_of_frame, segmenter_.segments(), &*starts);
@@ -206,15 +214,18 @@ Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& i
   tracks.contradicted = tracks.used - TallyOf(input.segments).used;
   if (const auto of_tracks = tracks.Warning()) out.warnings.push_back(*of_tracks);
   if (clock) out.warnings.push_back(TextOf(*clock));
+  if (of_breaks) out.warnings.push_back(*of_breaks);
+  if (const auto of_repeated = repeated_.Warning()) out.warnings.push_back(*of_repeated);
   if (out.noise.lever_m > 0) out.warnings.push_back(TextOfUntold(out.noise.lever_m));
   return out;
 }
 
-Result<Estimate> BatchEstimator::Impl::Solve() const {
+Result<Estimate> BatchEstimator::Impl::Solve() {
   if (!set_up_is_right_) return set_up_is_right_.error();
   if (const auto fine = set_up_check_.Finish(); !fine) return fine.error();
   Ways ways, none, strict;
   strict.drops_glimpses = true;
+  WidenScattered(misfits_px_, &measurements_);
   auto out = SolveWithout(doubled_, &ways);
   // Of twins that are never in one frame only the solution tells: it is made again without them.
   constexpr double kNoBetter = 1.2;  // than with the twins, which then are none

@@ -74,12 +74,14 @@ void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetec
 }
 
 // One part's prior over an interval: with its scale, and never so stiff that its information would
-// drown the measurements' in rounding.
-MotionPrior PriorOver(const MotionPrior& prior, double scale, double dt_s) {
+// drown the measurements' in rounding; where the motion breaks, 100 m and 100 rad.
+MotionPrior PriorOver(const MotionPrior& prior, double scale, bool breaks, double dt_s) {
   constexpr double kMostInformation = 1e18;  // corners may tell 1e7 / m^2
+  constexpr double kInformationOfBreak = 1e-4;
   const double root = RootInformation({prior.on, 1.0}, dt_s)(0, 0);
-  return {prior.on, std::max(scale * prior.psd, root * root / kMostInformation),
-          prior.leaves_third_free};
+  const double psd = breaks ? root * root / kInformationOfBreak
+                            : std::max(scale * prior.psd, root * root / kMostInformation);
+  return {prior.on, psd, prior.leaves_third_free};
 }
 
 void SetMotionNoise(const Graph& graph, const NoiseModel& noise, Factor* factor) {
@@ -89,9 +91,10 @@ void SetMotionNoise(const Graph& graph, const NoiseModel& noise, Factor* factor)
   TAGTWIST_CHECK(to_ns > from_ns, "a graph's stamps grow, but " + std::to_string(to_ns) +
                                       " ns comes after " + std::to_string(from_ns) + " ns");
   const double dt_s = ToSeconds(to_ns - from_ns);
-  const auto cost =
-      std::make_shared<MotionResidual>(dt_s, PriorOver(noise.linear, end.motion.linear, dt_s),
-                                       PriorOver(noise.angular, end.motion.angular, dt_s));
+  const MotionScale& scale = end.motion;
+  const auto cost = std::make_shared<MotionResidual>(
+      dt_s, PriorOver(noise.linear, scale.linear, scale.breaks, dt_s),
+      PriorOver(noise.angular, scale.angular, scale.breaks, dt_s));
   factor->own_log_det = cost->LogDetInformation();
   factor->cost = cost;
 }

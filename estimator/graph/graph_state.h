@@ -17,6 +17,7 @@ struct Acceleration {
 /// throughout (motion_banks.h).
 struct MotionScale {
   double linear = 1, angular = 1;
+  bool breaks = false;  // the body was carried: nothing of the motion leads over the interval
 };
 
 /// A state as the solver holds it. Its error state, 18 entries: that of BodyState, then

@@ -167,8 +167,10 @@ void MotionHistory::Add(const EstimatorSetup& setup, const NoiseModel& noise,
                         const GraphFrame& frame) {
   Frame out{frame.t_ns,
             PoseOfTags(setup, noise.corner_sigma_px, frame.tags, frame.state.world_from_body),
+            frame.motion.breaks,
             {}};
   if (out.pose && !out.pose->is_consensus) out.pose.reset();
+  if (out.breaks) banks_ = Anew(banks_);
   if (out.pose) {
     const bool is_first = !banks_.is_measured();
     banks_.Predict(frame.t_ns);
@@ -184,9 +186,17 @@ const MotionBanks::Prediction* MotionHistory::LastPrediction() const {
   return &frames_.back().past;
 }
 
+MotionBanks MotionHistory::Anew(const MotionBanks& from) const {
+  MotionBanks out = fresh_;
+  out.SetWeights(from.weights());
+  return out;
+}
+
 PartLikelihoods MotionHistory::Likelihoods(MotionBanks bank) const {
+  const MotionBanks start = bank;
   PartLikelihoods out;
   for (const Frame& frame : frames_) {
+    if (frame.breaks) bank = start;
     if (!frame.pose) continue;
     bank.Predict(frame.t_ns);
     bank.Measure(*frame.pose);
@@ -207,6 +217,9 @@ void MotionHistory::TellBackwards(size_t k, const MotionBanks::Prediction& past,
   } else if (k + 1 < frames_.size()) {
     (*out)[k] = (*out)[k + 1];
   }
+  if (!frames_[k].breaks) return;
+  (*out)[k] = {0, 0};  // raises no neighbour's
+  *backwards = Anew(*backwards);
 }
 
 // What is known of the frames of a stretch from their past, `banks` being just before it and, in
@@ -215,6 +228,7 @@ std::vector<MotionBanks::Prediction> MotionHistory::PastOf(size_t first, size_t 
                                                            MotionBanks* banks) const {
   std::vector<MotionBanks::Prediction> out(end - first);
   for (size_t k = first; k < end; ++k) {
+    if (frames_[k].breaks) *banks = Anew(*banks);
     if (!frames_[k].pose) continue;
     const bool is_first = !banks->is_measured();
     banks->Predict(frames_[k].t_ns);

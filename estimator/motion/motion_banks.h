@@ -118,6 +118,7 @@ class MotionHistory {
   struct Frame {
     int64_t t_ns = 0;
     std::optional<PoseMeasurement> pose;
+    bool breaks = false;  // MotionScale
     MotionBanks::Prediction past;
   };
   void Compare(const MotionBanks::Densities& densities, const Frame& frame);
@@ -129,6 +130,8 @@ class MotionHistory {
     PartLikelihoods advantage = {};
   };
 
+  // Banks that have these weights and know nothing of where the body is.
+  MotionBanks Anew(const MotionBanks& from) const;
   std::vector<MotionBanks::Prediction> PastOf(size_t first, size_t end, MotionBanks* banks) const;
   void TellBackwards(size_t k, const MotionBanks::Prediction& past, MotionBanks* backwards,
                      std::vector<MotionBanks::Densities>* out) const;

@@ -24,7 +24,8 @@ void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const Mot
   const auto densities = history.FromBothSides();
   for (size_t k = 0; k < frames->size(); ++k) {
     MotionScale& motion = (*frames)[k].motion;
-    motion = MotionScale();
+    motion = MotionScale{1, 1, motion.breaks};
+    if (motion.breaks) continue;
     if (varying.linear) motion.linear = densities[k].linear / noise.linear.psd;
     if (varying.angular) motion.angular = densities[k].angular / noise.angular.psd;
   }

@@ -13,6 +13,7 @@ FrameMeasurements MeasureFrame(DetectedFrame frame, const OnlineOptions& options
   out.t_ns = frame.t_ns;
   out.tags = std::move(frame.tags);
   out.doubled_ids = std::move(frame.doubled_ids);
+  if (front_end->ShowsTheSame(frame.image)) out.same_image = {frame.camera};
   const bool hurry = IsUp(options.detection_time_up);
   Stages stages(options.spans);
   stages.Next("track");
@@ -49,6 +50,7 @@ void AddCamera(const FrameMeasurements& from, FrameMeasurements* to) {
   to->tracks.insert(to->tracks.end(), from.tracks.begin(), from.tracks.end());
   std::sort(to->tracks.begin(), to->tracks.end(), by_id);
   to->cameras.insert(to->cameras.end(), from.cameras.begin(), from.cameras.end());
+  to->same_image.insert(to->same_image.end(), from.same_image.begin(), from.same_image.end());
   to->cut_short = to->cut_short || from.cut_short;
   if (!to->closed_form.world_from_body) to->closed_form = from.closed_form;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "frontend/geometry/tag_outline.h"
 #include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist::internal {
@@ -35,12 +36,6 @@ std::vector<int> CamerasOf(const std::vector<TagDetection>& tags) {
   return out;
 }
 
-double MeanSide(const TagDetection& tag) {
-  double sum = 0;
-  for (size_t c = 0; c < 4; ++c) sum += (tag.corners[(c + 1) % 4] - tag.corners[c]).norm();
-  return sum / 4;
-}
-
 bool AreApart(const Pose& a, const Pose& b) {
   constexpr double kAngleRad = 0.01, kFraction = 0.01;  // of the distance from the world's origin
   const double distance = std::max(a.translation().norm(), b.translation().norm());
@@ -59,7 +54,7 @@ class TagsOfRig {
       costs_.emplace_back(TagObservation{setup.map.CornersInWorld(tag.id), tag.corners,
                                          Eigen::Matrix<double, 8, 8>::Identity()},
                           cameras.Of(tag.camera));
-      sides_px_.push_back(MeanSide(tag));
+      sides_px_.push_back(MeanSidePx(tag));
     }
   }
 

@@ -18,10 +18,11 @@ FixedLagSmoother::FixedLagSmoother(EstimatorSetup setup)
 Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const TimeUp& time_up) {
   WindowOutput out;
   FrameMeasurements measurement = given;
+  repeated_.TakeOut(&measurement);
   LeaveOutDoubled(&measurement, &out);
   if (const auto fine = set_up_check_.Add(measurement.tags); !fine) return fine.error();
   const std::vector<TagDetection> all_tags = measurement.tags;
-  gate_.TakeRefused(&measurement.tags);
+  JudgeByShape(&measurement.tags);
   Unseen unseen{measurement.t_ns, measurement.closed_form,
                 static_cast<int>(measurement.tracks.size())};
   if (ComesTooSoon(measurement.t_ns, &out)) {
@@ -73,6 +74,13 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
     LetTheOldestLeave();
   }
   return out;
+}
+
+// Without those that can be none, and wider where they scatter.
+void FixedLagSmoother::JudgeByShape(std::vector<TagDetection>* tags) {
+  gate_.TakeRefused(tags, &misfits_px_);
+  if (!IsJudgedByShape(setup_, *tags)) misfits_px_.clear();
+  scatter_.Widen(scatter_.Add(misfits_px_), misfits_px_, tags);
 }
 
 // False, and the window without this frame, where that has no solution.
@@ -162,6 +170,7 @@ std::vector<std::string> FixedLagSmoother::Warnings() const {
   for (std::string& warning : audit_.Warnings()) out.push_back(std::move(warning));
   if (const auto of_tracks = segmenter_.tally().Warning()) out.push_back(*of_tracks);
   if (const auto of_stamps = stamps_.Warning()) out.push_back(*of_stamps);
+  if (const auto of_repeated = repeated_.Warning()) out.push_back(*of_repeated);
   if (const auto of_restarts = RestartWarning()) out.push_back(*of_restarts);
   return out;
 }

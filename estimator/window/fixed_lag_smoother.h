@@ -7,15 +7,16 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/graph/trajectory.h"
+#include "estimator/motion/repeated_images.h"
 #include "estimator/motion/tags_alone.h"
 #include "estimator/result/estimate.h"
 #include "estimator/result/rig_tally.h"
 #include "estimator/result/tag_audit.h"
 #include "estimator/solve/noise_learning.h"
+#include "estimator/start/corner_scatter.h"
 #include "estimator/start/doubled_tags.h"
 #include "estimator/start/frame_start.h"
 #include "estimator/start/set_up_check.h"
-#include "estimator/start/tag_gate.h"
 #include "estimator/window/other_place.h"
 #include "estimator/window/prediction_check.h"
 #include "estimator/window/stamp_check.h"
@@ -23,6 +24,7 @@
 #include "estimator/window/window_output.h"
 #include "estimator/window/window_power.h"
 #include "frontend/base/time_up.h"
+#include "frontend/geometry/tag_gate.h"
 #include "frontend/types/measurements.h"
 
 namespace tagtwist::internal {
@@ -106,6 +108,7 @@ class FixedLagSmoother {
   StateCovariance OpenAtArrival(const Block& covariance) const;
   SolveOptions StepOptions(const TimeUp& time_up = {}) const;
   Status SolveAll(const TimeUp& time_up);
+  void JudgeByShape(std::vector<TagDetection>* tags);
   Status LearnAtFirst(const TimeUp& time_up, WindowHypothesis* hypothesis);
   Status BendToNewest(const TimeUp& time_up, WindowHypothesis* hypothesis);
   Status SolveOne(const TimeUp& time_up, WindowHypothesis* hypothesis);
@@ -122,6 +125,9 @@ class FixedLagSmoother {
   EstimatorSetup setup_;
   RigCheck set_up_check_;
   TagGate gate_;
+  CornerScatter scatter_;
+  std::vector<double> misfits_px_;  // of the latest frame's tags
+  RepeatedImages repeated_;
   DoubledTags doubled_;
   NoiseModel noise_;
   TrackSegmenter segmenter_;

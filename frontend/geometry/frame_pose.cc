@@ -8,6 +8,7 @@
 #include "frontend/base/option_check.h"
 #include "frontend/geometry/homography.h"
 #include "frontend/geometry/pose_refine.h"
+#include "frontend/geometry/tag_outline.h"
 #include "frontend/types/tag_planes.h"
 
 namespace tagtwist::internal {
@@ -41,12 +42,6 @@ bool IsFinite(const TagDetection& tag) {
                      [](const Eigen::Vector2d& corner) { return corner.allFinite(); });
 }
 
-double MeanSidePx(const TagDetection& tag) {
-  double sum = 0;
-  for (size_t c = 0; c < 4; ++c) sum += (tag.corners[(c + 1) % 4] - tag.corners[c]).norm();
-  return sum / 4;
-}
-
 std::vector<PointInImage> Corners(const SeenTags& view, const std::vector<size_t>& tags) {
   std::vector<PointInImage> points;
   for (const size_t i : tags) {
@@ -72,9 +67,14 @@ double WorstCornerPx(const SeenTags& view, const TagDetection& tag, const Pose& 
 
 std::vector<size_t> AgreeingTags(const SeenTags& view, const Pose& cam_from_world, double least_px,
                                  double fraction_of_side) {
+  constexpr double kOwnSigmas = 4;
   std::vector<size_t> agreeing;
   for (size_t i = 0; i < view.tags.size(); ++i) {
-    const double limit_px = std::max(least_px, fraction_of_side * MeanSidePx(view.tags[i]));
+    const TagDetection& tag = view.tags[i];
+    double limit_px = std::max(least_px, fraction_of_side * MeanSidePx(tag));
+    if (tag.covariance) {  // corners that are known to scatter
+      limit_px = std::max(limit_px, kOwnSigmas * std::sqrt(tag.covariance->diagonal().maxCoeff()));
+    }
     if (WorstCornerPx(view, view.tags[i], cam_from_world) <= limit_px) agreeing.push_back(i);
   }
   return agreeing;
@@ -185,8 +185,8 @@ std::vector<Candidate> Candidates(const SeenTags& view, const TagPlanes& planes)
 // True when the corners do not tell `other` from `best`: both explain the same tags, nearly as
 // well.
 bool IsAmbiguous(const SeenTags& view, const Candidate& best, const Candidate& other) {
-  constexpr double kSigmas = 4;
-  const double limit_px = kSigmas * view.options.ambiguity_px;
+  constexpr double kOwnSigmas = 4;
+  const double limit_px = kOwnSigmas * view.options.ambiguity_px;
   return other.pose.squared_error_px2 - best.pose.squared_error_px2 < limit_px * limit_px;
 }
 

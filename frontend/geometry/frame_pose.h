@@ -11,7 +11,8 @@ namespace tagtwist::internal {
 
 struct FramePoseOptions {
   double agree_px = 4.0;        // a tag agrees when its worst corner is predicted to this [px], > 0
-  double agree_fraction = 0.1;  // or to this fraction of its mean side in the image, >= 0
+  double agree_fraction = 0.1;  // or to this fraction of its mean side in the image, >= 0, or four
+                                // deviations of its corners' own covariance
   int max_candidate_tags = 8;   // the largest ones propose poses, >= 1
   double ambiguity_px = 0.5;    // corner noise that tells two minima apart [px], > 0
 

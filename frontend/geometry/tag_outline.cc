@@ -4,6 +4,12 @@
 
 namespace tagtwist::internal {
 
+double MeanSidePx(const TagDetection& tag) {
+  double sum = 0;
+  for (size_t c = 0; c < 4; ++c) sum += (tag.corners[(c + 1) % 4] - tag.corners[c]).norm();
+  return sum / 4;
+}
+
 std::array<Eigen::Vector2d, 4> GrownOutline(const TagDetection& tag, double margin_of_side) {
   const auto& c = tag.corners;
   const Eigen::Vector2d diagonal = c[2] - c[0];

@@ -11,6 +11,9 @@ namespace tagtwist::internal {
 /// eight cells.
 constexpr double kWhiteMarginOfSide = 1.5 / 8;
 
+/// Of the tag's four sides in the image.
+double MeanSidePx(const TagDetection& tag);
+
 /// A tag's outline in the image, its corners moved away from where the diagonals meet so that the
 /// sides lie `margin_of_side` times a side further out. Exact for a tag seen face-on.
 std::array<Eigen::Vector2d, 4> GrownOutline(const TagDetection& tag, double margin_of_side);

@@ -32,12 +32,6 @@ Eigen::Vector2d Centre(const TagDetection& tag) {
   return 0.25 * (tag.corners[0] + tag.corners[1] + tag.corners[2] + tag.corners[3]);
 }
 
-double MeanSidePx(const TagDetection& tag) {
-  double sum = 0;
-  for (size_t c = 0; c < 4; ++c) sum += (tag.corners[c] - tag.corners[(c + 1) % 4]).norm();
-  return 0.25 * sum;
-}
-
 }  // namespace
 
 std::optional<std::string> TagDetectorOptions::Problem() const {

@@ -49,6 +49,8 @@ struct FrameMeasurements {
   bool cut_short = false;             // a deadline came before all was measured
   std::vector<int> doubled_ids = {};  // of the map, detected at two places at once
   std::vector<int> cameras = {};      // of a rig those whose images were tracked; empty: the first
+  /// Cameras whose image is byte for byte the one that they gave before.
+  std::vector<int> same_image = {};
 };
 
 }  // namespace tagtwist

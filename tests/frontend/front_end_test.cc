@@ -44,6 +44,17 @@ TEST(FilterTags, DropsTagsAtTheBorder) {
   EXPECT_EQ(Ids(FilterTags(tags, map, camera, 1.5)), (std::vector<int>{1, 3, 6}));
 }
 
+TEST(FrontEnd, TellsAnImageThatIsTheOneBefore) {
+  FrontEnd front_end(MakeSetUp(Camera(), CourseCamFromBody(), MakeTagMap(TagGrid())), {});
+  cv::Mat image(240, 376, CV_8UC1, cv::Scalar(90));
+  EXPECT_TRUE(front_end.Process(0, {}, image).same_image.empty());
+  EXPECT_EQ(front_end.Process(1, {}, image.clone()).same_image, std::vector<int>{0});
+  image.at<uchar>(239, 375) = 91;  // its buffer is the caller's
+  EXPECT_TRUE(front_end.Process(2, {}, image).same_image.empty());
+  EXPECT_TRUE(front_end.Process(3, {}, cv::Mat()).same_image.empty());
+  EXPECT_TRUE(front_end.Process(4, {}, image).same_image.empty());
+}
+
 TEST(FrontEnd, ProcessIsTrackThenSeed) {
   const TagMap map = MakeTagMap(TagGrid());
   const Camera camera;

@@ -146,16 +146,16 @@ BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t) {
 }
 
 std::string NameOf(Situation situation) {
-  const char* const names[] = {"smooth",  "rest",      "take-off", "trapezoid", "stop and go",
-                               "hit",     "vibration", "gaps",     "phantoms",  "kidnapped",
-                               "far tag", "jitter",    "bursts",   "twin",      "twin apart",
-                               "gantry",  "stick-slip"};
+  const char* const names[] = {"smooth",  "rest",       "take-off", "trapezoid", "stop and go",
+                               "hit",     "vibration",  "gaps",     "phantoms",  "kidnapped",
+                               "far tag", "jitter",     "bursts",   "twin",      "twin apart",
+                               "gantry",  "stick-slip", "repeated", "noisy"};
   return names[static_cast<size_t>(situation)];
 }
 
 std::vector<Situation> AllSituations() {
   std::vector<Situation> out;
-  for (int i = 0; i <= static_cast<int>(Situation::kStickSlip); ++i) {
+  for (int i = 0; i <= static_cast<int>(Situation::kNoisy); ++i) {
     out.push_back(static_cast<Situation>(i));
   }
   return out;
@@ -181,8 +181,10 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
     const BodyState truth = motion.StateAt(t);
     FrameMeasurements m;
     m.t_ns = 1'000'000'000 + static_cast<int64_t>(std::llround(1e9 * t));
+    const bool is_noisy = situation == Situation::kNoisy && t > gap_from && t < gap_from + 5;
+    const double noise_px = is_noisy ? 0.8 : 0.2;
     m.tags = SeeTags(out.setup.map, out.setup.camera,
-                     out.setup.cam_from_body * Inverse(truth.world_from_body), 0.2,
+                     out.setup.cam_from_body * Inverse(truth.world_from_body), noise_px,
                      static_cast<unsigned>(rng()));
     if (situation == Situation::kJitter) {
       m.t_ns += static_cast<int64_t>(std::clamp(scatter(of_clock), -0.4, 0.4) / rate_hz * 1e9);
@@ -196,6 +198,11 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
     if (situation == Situation::kPhantoms) {
       m.tags.resize(std::min<size_t>(m.tags.size(), 3));
       if (Draw(&rng, 0, 1) < 0.1) AddPhantom(out.setup.map, &rng, &m.tags);
+    }
+    if (situation == Situation::kRepeated && k > 0) {
+      // One frame in twenty, and once half a second's.
+      const bool stalls = t > gap_from && t < gap_from + 0.5;
+      if (stalls || Draw(&rng, 0, 1) < 0.05) m.tags = out.measurements.back().tags;
     }
     if (situation == Situation::kTwin || situation == Situation::kTwinApart) {
       if (k == 0) {

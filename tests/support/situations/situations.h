@@ -30,6 +30,8 @@ enum class Situation {
   kTwinApart,  // the same, but never both of the twins; for a while the wrong one alone
   kGantry,     // ramps of 1 to 4 m/s^2 between rest and a cruise, nearly all of the time
   kStickSlip,  // sticks, and slips on by some millimetres within tens of milliseconds
+  kRepeated,   // every so often an image comes twice or more, under stamps of their own
+  kNoisy,      // for a third of the time corners scatter four times as far
 };
 std::vector<Situation> AllSituations();
 std::string NameOf(Situation situation);

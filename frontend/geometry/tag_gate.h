@@ -18,12 +18,17 @@ class TagGate {
   TagGate(TagMap map, std::vector<Camera> cameras);
   TagGate(TagMap map, Camera camera);
 
-  /// Takes out of a frame's tags, all of the map, those that can be none, and returns them.
-  std::vector<TagDetection> TakeRefused(std::vector<TagDetection>* tags);
+  /// Takes out of a frame's tags, all of the map, those that can be none, and returns them. Leaves
+  /// in `misfits_px` those of the others (SquareMisfitPx, approximated where that is good), 0 where
+  /// there is none, and of small or odd tags but the first four.
+  std::vector<TagDetection> TakeRefused(std::vector<TagDetection>* tags,
+                                        std::vector<double>* misfits_px = nullptr);
 
  private:
   void Learn(double misfit_px);
   double SigmaPx();
+  double MisfitPx(const TagDetection& tag, double about_px, double sigma_px,
+                  int* searches_left) const;
   bool Passes(const TagDetection& tag, const std::optional<double>& about_px,
               double sigma_px) const;
 

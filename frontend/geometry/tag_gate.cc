@@ -1,4 +1,4 @@
-#include "estimator/start/tag_gate.h"
+#include "frontend/geometry/tag_gate.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/geometry/quad_shape.h"
+#include "frontend/geometry/tag_outline.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -21,12 +22,6 @@ constexpr double kShapeOfSide = 0.03;
 constexpr double kMedianOfRayleigh = 1.1774;
 // The approximation is within that factor of the distance where that matters.
 constexpr double kSurelyNear = 0.4;
-
-double MeanSidePx(const TagDetection& tag) {
-  double sum = 0;
-  for (size_t c = 0; c < 4; ++c) sum += (tag.corners[(c + 1) % 4] - tag.corners[c]).norm();
-  return sum / 4;
-}
 
 }  // namespace
 
@@ -51,7 +46,7 @@ double TagGate::SigmaPx() {
   constexpr size_t kFew = kLatest / 10;
   if (misfits_px_.size() < kLeastToLearn) return kUsualSigmaPx;
   if (!sigma_px_ || learned_ >= kFew) {
-    sigma_px_ = std::max(kLeastSigmaPx, Quantile(misfits_px_, 0.5) / kMedianOfRayleigh);
+    sigma_px_ = Quantile(misfits_px_, 0.5) / kMedianOfRayleigh;
     learned_ = 0;
   }
   return *sigma_px_;
@@ -60,7 +55,7 @@ double TagGate::SigmaPx() {
 bool TagGate::Passes(const TagDetection& tag, const std::optional<double>& about_px,
                      double sigma_px) const {
   const Tag* in_map = map_.Find(tag.id);
-  double variance = sigma_px * sigma_px;
+  double variance = std::pow(std::max(kLeastSigmaPx, sigma_px), 2);
   if (tag.covariance) variance += tag.covariance->diagonal().maxCoeff();
   double limit_px = std::max(kSigmas * std::sqrt(variance), kShapeOfSide * MeanSidePx(tag));
   if (in_map != nullptr) limit_px += std::abs(in_map->bend_m) / in_map->size_m * MeanSidePx(tag);
@@ -69,10 +64,24 @@ bool TagGate::Passes(const TagDetection& tag, const std::optional<double>& about
   return misfit_px && *misfit_px < limit_px;
 }
 
-std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags) {
+// The approximation is good for little where the tag is small, or where it is of several
+// deviations; the search, which is not, takes 60 times as long.
+double TagGate::MisfitPx(const TagDetection& tag, double about_px, double sigma_px,
+                         int* searches_left) const {
+  constexpr double kSure = 3.5, kSmallPx = 25;
+  const bool is_sure = misfits_px_.size() >= kLeastToLearn && about_px < kSure * sigma_px;
+  if (is_sure && MeanSidePx(tag) > kSmallPx) return about_px;
+  if ((*searches_left)-- <= 0) return 0;
+  return SquareMisfitPx(tag.corners, cameras_.at(static_cast<size_t>(tag.camera))).value_or(0);
+}
+
+std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags,
+                                               std::vector<double>* misfits_px) {
   const double sigma_px = SigmaPx();
   std::vector<TagDetection> kept, refused;
   kept.reserve(tags->size());
+  if (misfits_px != nullptr) misfits_px->clear();
+  int searches_left = 4;
   for (TagDetection& tag : *tags) {
     const QuadTurn turn = TurnOf(tag.corners);
     const bool may_be_one = turn != QuadTurn::kClockwise && turn != QuadTurn::kNone;
@@ -82,8 +91,11 @@ std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags) 
           ApproximateSquareMisfitPx(tag.corners, cameras_.at(static_cast<size_t>(tag.camera)));
     }
     const bool passes = may_be_one && Passes(tag, about_px, sigma_px);
+    const bool tells = turn == QuadTurn::kAnticlockwise && about_px;
+    if (passes && misfits_px != nullptr)
+      misfits_px->push_back(tells ? MisfitPx(tag, *about_px, sigma_px, &searches_left) : 0);
     (passes ? kept : refused).push_back(std::move(tag));
-    if (turn == QuadTurn::kAnticlockwise && about_px) Learn(*about_px);
+    if (tells) Learn(*about_px);
   }
   *tags = std::move(kept);
   return refused;

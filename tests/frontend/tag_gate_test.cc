@@ -1,4 +1,4 @@
-#include "estimator/start/tag_gate.h"
+#include "frontend/geometry/tag_gate.h"
 
 #include <gtest/gtest.h>
 
