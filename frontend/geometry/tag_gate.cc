@@ -81,7 +81,7 @@ std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags,
   std::vector<TagDetection> kept, refused;
   kept.reserve(tags->size());
   if (misfits_px != nullptr) misfits_px->clear();
-  int searches_left = 4;
+  int searches_left = 2;
   for (TagDetection& tag : *tags) {
     const QuadTurn turn = TurnOf(tag.corners);
     const bool may_be_one = turn != QuadTurn::kClockwise && turn != QuadTurn::kNone;
@@ -92,8 +92,10 @@ std::vector<TagDetection> TagGate::TakeRefused(std::vector<TagDetection>* tags,
     }
     const bool passes = may_be_one && Passes(tag, about_px, sigma_px);
     const bool tells = turn == QuadTurn::kAnticlockwise && about_px;
-    if (passes && misfits_px != nullptr)
-      misfits_px->push_back(tells ? MisfitPx(tag, *about_px, sigma_px, &searches_left) : 0);
+    if (passes && misfits_px != nullptr) {
+      const bool is_asked = tells && !tag.covariance;
+      misfits_px->push_back(is_asked ? MisfitPx(tag, *about_px, sigma_px, &searches_left) : 0);
+    }
     (passes ? kept : refused).push_back(std::move(tag));
     if (tells) Learn(*about_px);
   }

@@ -20,7 +20,7 @@ class TagGate {
 
   /// Takes out of a frame's tags, all of the map, those that can be none, and returns them. Leaves
   /// in `misfits_px` those of the others (SquareMisfitPx, approximated where that is good), 0 where
-  /// there is none, and of small or odd tags but the first four.
+  /// there is none, of small or odd tags but the first two, and of tags with a covariance.
   std::vector<TagDetection> TakeRefused(std::vector<TagDetection>* tags,
                                         std::vector<double>* misfits_px = nullptr);
 
