@@ -163,13 +163,24 @@ MotionHistory::Shares MotionHistory::ShareOfBank() const {
   return out;
 }
 
+// Whether it shows the map's only tag, as the frame before did: nothing else tells of the motion
+// there, and no other tag can be meant. In batch, where one tag ties turning to moving
+// (turn_or_move.h), densities of their own for both claim too much.
+bool MotionHistory::GoesOn(const EstimatorSetup& setup, const GraphFrame& frame) {
+  const bool shows = frame.tags.size() == 1 && setup.map.tags().size() == 1;
+  const bool goes_on = shows && shown_before_ && keeps_past_;
+  shown_before_ = shows;
+  return goes_on;
+}
+
 void MotionHistory::Add(const EstimatorSetup& setup, const NoiseModel& noise,
                         const GraphFrame& frame) {
   Frame out{frame.t_ns,
             PoseOfTags(setup, noise.corner_sigma_px, frame.tags, frame.state.world_from_body),
             frame.motion.breaks,
             {}};
-  if (out.pose && !out.pose->is_consensus) out.pose.reset();
+  const bool goes_on = GoesOn(setup, frame);
+  if (out.pose && !out.pose->is_consensus && !(goes_on && out.pose->fits)) out.pose.reset();
   if (out.breaks) banks_ = Anew(banks_);
   if (out.pose) {
     const bool is_first = !banks_.is_measured();

@@ -76,7 +76,8 @@ MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angula
 
 /// MotionBanks over consecutive frames, kept so that later ones tell of earlier ones; beside it the
 /// same under the one density that the noise model has, so that it shows which of the two the
-/// frames follow.
+/// frames follow. Frames count whose tags agree, and, with keeps_past, two in a row of the map's
+/// only tag.
 class MotionHistory {
  public:
   MotionHistory() : MotionHistory(NoiseModel()) {}
@@ -136,7 +137,10 @@ class MotionHistory {
   void TellBackwards(size_t k, const MotionBanks::Prediction& past, MotionBanks* backwards,
                      std::vector<MotionBanks::Densities>* out) const;
 
+  bool GoesOn(const EstimatorSetup& setup, const GraphFrame& frame);
+
   bool keeps_past_ = true;
+  bool shown_before_ = false;  // the map's only tag, by the frame before
   MotionBanks banks_, fresh_;
   std::vector<Rival> rivals_;
   std::vector<Frame> frames_;

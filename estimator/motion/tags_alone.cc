@@ -126,10 +126,12 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
   out.attitude_covariance = misfit * covariance->topLeftCorner<3, 3>();
   out.position_covariance = misfit * covariance->bottomRightCorner<3, 3>();
   const auto mirrored = MirroredPoseOf(setup, tags, out.world_from_body);
-  out.is_consensus =
-      !setup.HasRollingShutter() && HasTwoIds(tags) && MostAgree(*normals, tags.size(), misfit) &&
+  const bool is_only =
+      !setup.HasRollingShutter() &&
       !(mirrored && IsMirrorOpen(residuals, HuberDelta(setup.options.robust_scale, 8),
                                  normals->squares, out.world_from_body, *mirrored));
+  out.is_consensus = is_only && HasTwoIds(tags) && MostAgree(*normals, tags.size(), misfit);
+  out.fits = is_only && misfit == 1;
   if (!(out.attitude_covariance.trace() < kMostAttitudeSigma * kMostAttitudeSigma)) {
     return std::nullopt;
   }

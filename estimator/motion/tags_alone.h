@@ -16,6 +16,8 @@ struct PoseMeasurement {
   /// whole; and no mirrored pose explains them as well. A lone tag has nothing to agree with;
   /// nor do tags under a rolling shutter outrank the motion, by which their corners were undone.
   bool is_consensus = false;
+  /// Whether they fit as a whole, as far as that goes, and no mirrored pose explains them as well.
+  bool fits = false;
 };
 
 /// What the tags of a frame say among themselves, before anything is known of the motion: least
