@@ -74,14 +74,13 @@ void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetec
 }
 
 // One part's prior over an interval: with its scale, and never so stiff that its information would
-// drown the measurements' in rounding; where the motion breaks, 100 m and 100 rad.
+// drown the measurements' in rounding.
 MotionPrior PriorOver(const MotionPrior& prior, double scale, bool breaks, double dt_s) {
+  if (breaks) return PriorOverBreak(prior, dt_s);
   constexpr double kMostInformation = 1e18;  // corners may tell 1e7 / m^2
-  constexpr double kInformationOfBreak = 1e-4;
   const double root = RootInformation({prior.on, 1.0}, dt_s)(0, 0);
-  const double psd = breaks ? root * root / kInformationOfBreak
-                            : std::max(scale * prior.psd, root * root / kMostInformation);
-  return {prior.on, psd, prior.leaves_third_free};
+  return {prior.on, std::max(scale * prior.psd, root * root / kMostInformation),
+          prior.leaves_third_free};
 }
 
 void SetMotionNoise(const Graph& graph, const NoiseModel& noise, Factor* factor) {

@@ -43,5 +43,13 @@ inline void TieDensities(NoiseModel* noise) {
   noise->angular.psd = noise->linear.psd / square_m2;
 }
 
+/// The prior of one part of a motion over an interval dt_s [s] that nothing leads over
+/// (MotionScale::breaks): of the density under which it leaves 100 m, or 100 rad, open.
+inline MotionPrior PriorOverBreak(const MotionPrior& prior, double dt_s) {
+  constexpr double kInformation = 1e-4;
+  const double root = RootInformation({prior.on, 1.0}, dt_s)(0, 0);
+  return {prior.on, root * root / kInformation, prior.leaves_third_free};
+}
+
 }  // namespace internal
 }  // namespace tagtwist

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/graph/noise_model.h"
 #include "frontend/types/so3.h"
 
 namespace tagtwist {
@@ -180,9 +181,12 @@ std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
   const double tau_s = ToSeconds(t_ns - states[k].t_ns);
   const double dt_s = ToSeconds(states[k + 1].t_ns - states[k].t_ns);
   const MotionScale& scale = states[k + 1].motion;
+  const auto over = [&](const MotionPrior& prior, double by) {
+    return scale.breaks ? internal::PriorOverBreak(prior, dt_s) : scaled(prior, by);
+  };
   const Interpolation at =
-      Interpolate(states[k], states[k + 1], Inside(scaled(linear, scale.linear), tau_s, dt_s),
-                  Inside(scaled(angular, scale.angular), tau_s, dt_s));
+      Interpolate(states[k], states[k + 1], Inside(over(linear, scale.linear), tau_s, dt_s),
+                  Inside(over(angular, scale.angular), tau_s, dt_s));
   Eigen::Matrix<double, 2 * kSize, 2 * kSize> joint;
   joint << covariances[k], cross_covariances[k].transpose(), cross_covariances[k],
       covariances[k + 1];

@@ -57,7 +57,7 @@ void LetInterpolate(const std::vector<GraphFrame>& frames, std::vector<GraphStat
       return dynamic_cast<const ImuResidual*>(factor.cost.get()) != nullptr;
     });
     MotionScale& motion = (*states)[k].motion;
-    if (is_covered) motion = {kUsual * motion.linear, kUsual * motion.angular};
+    if (is_covered) motion = {kUsual * motion.linear, kUsual * motion.angular, motion.breaks};
   }
 }
 

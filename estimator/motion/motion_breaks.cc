@@ -98,8 +98,7 @@ std::optional<std::string> MarkBreaks(const EstimatorSetup& setup,
   if (n == 0) return std::nullopt;
   return Format(
       "the body is elsewhere from one frame to the next %zu time%s, first at %.3f s: it was "
-      "carried "
-      "there, or the clock was set; its motion begins anew",
+      "carried there, or the clock was set; its motion begins anew",
       n, n == 1 ? "" : "s", first_s);
 }
 

@@ -58,12 +58,7 @@ bool RepeatedImages::IsRepeated(const FrameMeasurements& frame, int camera) {
             [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto& same = frame.same_image;
   const bool is_same_image = std::find(same.begin(), same.end(), camera) != same.end();
-  const auto found = seen_.find(camera);
-  if (found == seen_.end()) {
-    if (!tags.empty()) seen_[camera].tags = tags;
-    return false;
-  }
-  Seen& seen = found->second;
+  Seen& seen = seen_[camera];
   if (is_same_image || (!tags.empty() && tags == seen.tags)) return seen.moves;
   if (!tags.empty() && !seen.tags.empty()) seen.moves = Moves(seen.tags, tags);
   std::swap(seen.tags, tags);

@@ -12,21 +12,14 @@ namespace {
 constexpr size_t kStretchesTold = 3;
 constexpr size_t kStepsForUsual = 8192;
 
-double PositionSigma3(const FrameEstimate& frame) {
-  return std::sqrt(frame.covariance.diagonal().segment<3>(3).sum());
-}
-
 bool HasAState(const FrameEstimate& frame) { return frame.status != FrameStatus::kNoFix; }
 
 // By more than a lone small tag's pose may be off, and five of the state's own sigmas.
 bool LiesElsewhere(const FrameEstimate& frame, const Pose& pose) {
   constexpr double kTagRad = 0.35, kTagM = 0.3, kSigmas = 5;
-  const auto sigma = [&](int first) {
-    return std::sqrt(frame.covariance.diagonal().segment<3>(first).sum());
-  };
   const PoseStep d = Difference(pose, frame.state.world_from_body);
-  return d.head<3>().norm() > kTagRad + kSigmas * sigma(0) ||
-         d.tail<3>().norm() > kTagM + kSigmas * sigma(3);
+  return d.head<3>().norm() > kTagRad + kSigmas * Sigma3(frame.covariance, 0) ||
+         d.tail<3>().norm() > kTagM + kSigmas * Sigma3(frame.covariance, 3);
 }
 
 bool IsAWay(const Pose& from, const Pose& to, double dt_s) {
@@ -36,6 +29,10 @@ bool IsAWay(const Pose& from, const Pose& to, double dt_s) {
 }
 
 }  // namespace
+
+double Sigma3(const StateCovariance& covariance, int first) {
+  return std::sqrt(covariance.diagonal().segment<3>(first).sum());
+}
 
 void StretchTally::Add(double t_s, bool holds) {
   if (!holds) {
@@ -132,7 +129,7 @@ void TwistChanges::Add(const std::optional<Twist>& twist) {
 void FewTagsTally::Add(double t_s, const FrameEstimate& frame) {
   const bool few = frame.n_tags < fewer_than;
   where.Add(t_s, few);
-  if (few && HasAState(frame)) worst_m = std::max(worst_m.value_or(0), PositionSigma3(frame));
+  if (few && HasAState(frame)) worst_m = std::max(worst_m.value_or(0), Sigma3(frame.covariance, 3));
 }
 
 void UnheardTags::Add(double t_s, const FrameEstimate& frame) {
@@ -164,7 +161,8 @@ void FrameTally::Add(const FrameEstimate& frame) {
   if (with_state == 0 && with_tags == 0) ++before_first_tag;
   without_state.Add(t_s, !HasAState(frame));
   ambiguous.Add(t_s, is_ambiguous && sees);
-  if (is_ambiguous && sees) worst_ambiguous_m = std::max(worst_ambiguous_m, PositionSigma3(frame));
+  if (is_ambiguous && sees)
+    worst_ambiguous_m = std::max(worst_ambiguous_m, Sigma3(frame.covariance, 3));
   open_turns.Add(t_s, is_ambiguous && !sees);
   unheard.Add(t_s, frame);
   hurried.Add(t_s, frame.status == FrameStatus::kHurried);

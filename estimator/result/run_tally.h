@@ -10,6 +10,9 @@
 
 namespace tagtwist::internal {
 
+/// 3-D standard deviation of the entries of the error state from `first` on.
+double Sigma3(const StateCovariance& covariance, int first);
+
 /// Frames for which something holds, one after the other.
 class StretchTally {
  public:

@@ -185,8 +185,8 @@ std::vector<Candidate> Candidates(const SeenTags& view, const TagPlanes& planes)
 // True when the corners do not tell `other` from `best`: both explain the same tags, nearly as
 // well.
 bool IsAmbiguous(const SeenTags& view, const Candidate& best, const Candidate& other) {
-  constexpr double kOwnSigmas = 4;
-  const double limit_px = kOwnSigmas * view.options.ambiguity_px;
+  constexpr double kSigmas = 4;
+  const double limit_px = kSigmas * view.options.ambiguity_px;
   return other.pose.squared_error_px2 - best.pose.squared_error_px2 < limit_px * limit_px;
 }
 

@@ -16,7 +16,7 @@ constexpr size_t kLatest = 200;       // quads that are learned from
 constexpr size_t kLeastToLearn = 20;  // fewer tell no deviation
 constexpr double kUsualSigmaPx = 1;
 constexpr double kLeastSigmaPx = 0.1;
-constexpr double kSigmas = 8;
+constexpr double kRefusedSigmas = 8;
 // Of the side: what lens, bent paper and motion within an image do to a square.
 constexpr double kShapeOfSide = 0.03;
 constexpr double kMedianOfRayleigh = 1.1774;
@@ -57,7 +57,7 @@ bool TagGate::Passes(const TagDetection& tag, const std::optional<double>& about
   const Tag* in_map = map_.Find(tag.id);
   double variance = std::pow(std::max(kLeastSigmaPx, sigma_px), 2);
   if (tag.covariance) variance += tag.covariance->diagonal().maxCoeff();
-  double limit_px = std::max(kSigmas * std::sqrt(variance), kShapeOfSide * MeanSidePx(tag));
+  double limit_px = std::max(kRefusedSigmas * std::sqrt(variance), kShapeOfSide * MeanSidePx(tag));
   if (in_map != nullptr) limit_px += std::abs(in_map->bend_m) / in_map->size_m * MeanSidePx(tag);
   if (about_px && *about_px < kSurelyNear * limit_px) return true;
   const auto misfit_px = SquareMisfitPx(tag.corners, cameras_.at(static_cast<size_t>(tag.camera)));

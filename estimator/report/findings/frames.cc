@@ -30,10 +30,6 @@ std::string ShareText(size_t count, size_t all) {
 
 bool HasState(const FrameEstimate& f) { return f.status != FrameStatus::kNoFix; }
 
-double Sigma3(const FrameEstimate& f, int first) {
-  return std::sqrt(f.covariance.diagonal().segment<3>(first).sum());
-}
-
 void AddNoState(const FrameTally& all, std::vector<Finding>* out) {
   if (all.without_state.count() == 0) return;
   out->push_back({ShareText(all.without_state.count(), all.frames) + " have no state, at " +
@@ -96,7 +92,7 @@ void AddFewTags(const FrameTally& all, const Frames& kept, const TagMap& map,
   if (has_several && none > 0) text += Format("; %zu of them saw none", none);
   std::vector<double> elsewhere;
   for (const FrameEstimate& f : kept) {
-    if (f.n_tags >= few.fewer_than && HasState(f)) elsewhere.push_back(Sigma3(f, 3));
+    if (f.n_tags >= few.fewer_than && HasState(f)) elsewhere.push_back(Sigma3(f.covariance, 3));
   }
   if (few.worst_m && !elsewhere.empty()) {
     text += Format("; position is known to %.1f mm there at worst, elsewhere to %.1f mm (median)",
@@ -116,7 +112,7 @@ void AddRestlessStamps(const Frames& kept, const StepTally::Figures& steps,
   for (const FrameEstimate& f : kept) {
     if (!HasState(f)) continue;
     speeds.push_back(f.state.twist.v_world.norm());
-    sigmas.push_back(Sigma3(f, 3));
+    sigmas.push_back(Sigma3(f.covariance, 3));
   }
   if (speeds.empty()) return;
   const double speed_mps = Quantile(speeds, 0.5), sigma_m = Quantile(sigmas, 0.5);
@@ -149,7 +145,7 @@ void AddBadTwists(const Frames& frames, const std::vector<double>& t_s, std::vec
   constexpr double kEnds = 0.5, kWorse = 5;
   std::vector<double> sigmas;
   for (const FrameEstimate& f : frames) {
-    if (HasState(f)) sigmas.push_back(Sigma3(f, 6));
+    if (HasState(f)) sigmas.push_back(Sigma3(f.covariance, 6));
   }
   if (sigmas.empty()) return;
   const double median = Quantile(sigmas, 0.5);
@@ -158,9 +154,10 @@ void AddBadTwists(const Frames& frames, const std::vector<double>& t_s, std::vec
   int least = std::numeric_limits<int>::max(), most = 0;
   for (size_t i = 0; i < frames.size(); ++i) {
     const bool at_end = t_s[i] < kEnds || t_s[i] > t_s.back() - kEnds;
-    if (at_end || !HasState(frames[i]) || !(Sigma3(frames[i], 6) > kWorse * median)) continue;
+    if (at_end || !HasState(frames[i]) || !(Sigma3(frames[i].covariance, 6) > kWorse * median))
+      continue;
     flags[i] = true;
-    worst = std::max(worst, Sigma3(frames[i], 6));
+    worst = std::max(worst, Sigma3(frames[i].covariance, 6));
     least = std::min(least, frames[i].n_tags);
     most = std::max(most, frames[i].n_tags);
   }

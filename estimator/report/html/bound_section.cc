@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "estimator/evaluation/error_bound.h"
+#include "estimator/result/run_tally.h"
 #include "frontend/base/format_text.h"
 #include "frontend/base/units.h"
 
@@ -66,10 +67,6 @@ std::string Words(const Estimate& e, const ErrorBound& alone) {
                    "The whole estimate would gain less, as the neighbours' help is already in "
                    "it: its position about %.1f times, its velocity about %.1f times.",
                    linear.pose, linear.twist);
-}
-
-double Sigma3(const StateCovariance& p, int first) {
-  return std::sqrt(p.diagonal().segment<3>(first).sum());
 }
 
 // Standard deviations of the part that begins at `first`, frame by frame.

@@ -41,10 +41,12 @@ using Decoder = std::unique_ptr<AVCodecContext, FreeDecoder>;
 
 double ToHz(const AVRational& rate) { return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0; }
 
-Input OpenInput(const std::string& path) {
-  constexpr size_t kMostBytes = size_t{1} << 29;  // at once: more than any frame within the limits
+// A kilobyte may declare a table of a gigabyte: no more is asked for at once than a frame within
+// the limits takes, of eight bytes a pixel.
+Input OpenInput(const std::string& path, const Limits& limits) {
+  constexpr size_t kBytesAPixel = 8;
   av_log_set_level(AV_LOG_QUIET);
-  av_max_alloc(kMostBytes);  // a kilobyte may declare a table of a gigabyte
+  av_max_alloc(kBytesAPixel * static_cast<size_t>(limits.frame_pixels));
   AVFormatContext* context = nullptr;
   if (avformat_open_input(&context, ("file:" + path).c_str(), nullptr, nullptr) < 0) return {};
   return Input(context);
@@ -194,7 +196,7 @@ RepairedStamps StampsByRate(size_t frames, double rate_hz) {
 Result<VideoTimes> ReadVideoTimes(const std::string& path, const Limits& limits) {
   const Error no_video{
       path + ": expected a course .mat, a video or a folder, got neither, or a damaged file"};
-  const Input input = OpenInput(path);
+  const Input input = OpenInput(path, limits);
   if (!input) return no_video;
   // Before a frame is decoded, and again with what the first frames say.
   if (const auto fault = SizeFault(*input, limits)) return Error{path + ": " + *fault};

@@ -41,6 +41,13 @@ TEST(MotionBreaks, BatchBeginsAnewThere) {
   EXPECT_LT(score.nees, 1.3);
   EXPECT_LT(score.velocity_rms_mps, 0.1);
   EXPECT_LT(score.position_rms_m, 0.003);
+  // Nobody knows when, between the two frames, nor which way.
+  size_t last = 0;
+  while (!estimate->trajectory.states.at(last + 1).motion.breaks) ++last;
+  const auto& states = estimate->trajectory.states;
+  const auto between = estimate->trajectory.At((states[last].t_ns + states[last + 1].t_ns) / 2);
+  ASSERT_TRUE(between);
+  EXPECT_GT(between->covariance.diagonal().segment<3>(3).minCoeff(), 1);
   ASSERT_FALSE(estimate->warnings.empty());
   EXPECT_NE(estimate->warnings.back().find("it was carried there"), std::string::npos);
 }

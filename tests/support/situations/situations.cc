@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "frontend/tags/filter_tags.h"
@@ -145,23 +146,43 @@ BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t) {
   return out;
 }
 
+SituationDraw BeforeOneTag(SituationDraw draw) {
+  std::map<int, size_t> shown;
+  for (const FrameMeasurements& frame : draw.measurements) {
+    for (const TagDetection& tag : frame.tags) ++shown[tag.id];
+  }
+  const int id = std::max_element(shown.begin(), shown.end(), [](const auto& a, const auto& b) {
+                   return a.second < b.second;
+                 })->first;
+  draw.setup.map = TagMap(draw.setup.map.family(), {*draw.setup.map.Find(id)});
+  for (FrameMeasurements& frame : draw.measurements) {
+    const auto is_other = [id](const TagDetection& tag) { return tag.id != id; };
+    frame.tags.erase(std::remove_if(frame.tags.begin(), frame.tags.end(), is_other),
+                     frame.tags.end());
+  }
+  return draw;
+}
+
 std::string NameOf(Situation situation) {
   const char* const names[] = {"smooth",  "rest",       "take-off", "trapezoid", "stop and go",
                                "hit",     "vibration",  "gaps",     "phantoms",  "kidnapped",
                                "far tag", "jitter",     "bursts",   "twin",      "twin apart",
-                               "gantry",  "stick-slip", "repeated", "noisy"};
+                               "gantry",  "stick-slip", "repeated", "noisy",     "one tag"};
   return names[static_cast<size_t>(situation)];
 }
 
 std::vector<Situation> AllSituations() {
   std::vector<Situation> out;
-  for (int i = 0; i <= static_cast<int>(Situation::kNoisy); ++i) {
+  for (int i = 0; i <= static_cast<int>(Situation::kOneTag); ++i) {
     out.push_back(static_cast<Situation>(i));
   }
   return out;
 }
 
 SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) {
+  if (situation == Situation::kOneTag) {
+    return BeforeOneTag(DrawSituation(Situation::kStopAndGo, seed, rate_hz));
+  }
   Rng rng(1000 * seed + static_cast<unsigned>(situation));
   SituationDraw out;
   out.setup = CourseSetup();

@@ -32,6 +32,7 @@ enum class Situation {
   kStickSlip,  // sticks, and slips on by some millimetres within tens of milliseconds
   kRepeated,   // every so often an image comes twice or more, under stamps of their own
   kNoisy,      // for a third of the time corners scatter four times as far
+  kOneTag,     // stops and goes before the map's only tag
 };
 std::vector<Situation> AllSituations();
 std::string NameOf(Situation situation);
@@ -44,6 +45,9 @@ struct SituationDraw {
   size_t judged_from = 0;  // until then nobody can know what stamps mean
 };
 SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz = 30);
+
+/// The same before the tag alone that most frames show, which is all of the map.
+SituationDraw BeforeOneTag(SituationDraw draw);
 
 /// The state at a time [s] of a body whose pose is known at any; the twist by differences.
 BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t);
