@@ -23,6 +23,7 @@
 #include "estimator/motion/repeated_images.h"
 #include "estimator/motion/turn_or_move.h"
 #include "estimator/result/tag_audit.h"
+#include "estimator/rig/tags_at_stamp.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/smoother.h"
@@ -32,7 +33,6 @@
 #include "estimator/start/recording_start.h"
 #include "estimator/start/set_up_check.h"
 #include "estimator/start/steady_clock.h"
-#include "estimator/start/tags_at_stamp.h"
 #include "frontend/base/spans.h"
 #include "frontend/geometry/tag_gate.h"
 

@@ -127,11 +127,10 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
   out.position_covariance = misfit * covariance->bottomRightCorner<3, 3>();
   const auto mirrored = MirroredPoseOf(setup, tags, out.world_from_body);
   const bool is_only =
-      !setup.HasRollingShutter() &&
       !(mirrored && IsMirrorOpen(residuals, HuberDelta(setup.options.robust_scale, 8),
                                  normals->squares, out.world_from_body, *mirrored));
   out.is_consensus = is_only && HasTwoIds(tags) && MostAgree(*normals, tags.size(), misfit);
-  out.fits = is_only && misfit == 1;
+  out.fits = is_only && misfit == 1 && !setup.HasRollingShutter();
   if (!(out.attitude_covariance.trace() < kMostAttitudeSigma * kMostAttitudeSigma)) {
     return std::nullopt;
   }

@@ -13,8 +13,7 @@ struct PoseMeasurement {
   Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Zero();
   /// Whether the tags agree with one another, so that they outrank what the motion says: at least
   /// three and most of the frame's lie there within 4 sigma, or both of two, which then fit as a
-  /// whole; and no mirrored pose explains them as well. A lone tag has nothing to agree with;
-  /// nor do tags under a rolling shutter outrank the motion, by which their corners were undone.
+  /// whole; and no mirrored pose explains them as well. A lone tag has nothing to agree with.
   bool is_consensus = false;
   /// Whether they fit as a whole, as far as that goes, and no mirrored pose explains them as well.
   bool fits = false;

@@ -8,9 +8,11 @@
 namespace tagtwist::internal {
 
 /// Undoes a rolling shutter frame by frame, for a sliding window. The motion is that of a window
-/// of its own, which takes the corners as they are: its poses are those of the mean row, but their
-/// twist and acceleration are right, and know nothing of what is undone by them. Those that do know
-/// feed back into themselves, and run away.
+/// of its own, whose poses are those of the mean row: corners come to it as of that row where their
+/// motion is known well enough, else as they are. Its twist and acceleration know nothing of what
+/// brings corners to the stamp, which would feed back into itself, and run away. Where an image's
+/// own rows exclude what that window predicts (RowMotionOfTags), they tell the motion: a body does
+/// not stay at rest because it was.
 class RollingShutterUndo {
  public:
   explicit RollingShutterUndo(const EstimatorSetup& setup);
@@ -19,7 +21,7 @@ class RollingShutterUndo {
 
  private:
   EstimatorSetup setup_;
-  FixedLagSmoother as_seen_;
+  FixedLagSmoother of_mean_row_;
 };
 
 }  // namespace tagtwist::internal

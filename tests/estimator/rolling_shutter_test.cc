@@ -3,9 +3,13 @@
 #include "estimator/batch/batch.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/online/config.h"
-#include "estimator/start/tags_at_stamp.h"
+#include "estimator/rig/row_motion_of_tags.h"
+#include "estimator/rig/tags_at_stamp.h"
 #include "estimator/window/sliding_window.h"
 #include "tests/support/flights/calibration_flight.h"
+#include "tests/support/flights/exact_model.h"
+#include "tests/support/flights/tag_scene.h"
+#include "tests/support/situations/rolling_tags.h"
 
 namespace tagtwist::internal::rolling_shutter_test {
 namespace {
@@ -100,6 +104,111 @@ TEST(RollingShutter, StandingStillOrWithoutOneNothingMoves) {
       EXPECT_GT((moved[i].corners[c] - tags[i].corners[c]).norm(), 0.1);
     }
   }
+}
+
+// The course's mat from a body in motion, by a shutter of 20 ms.
+class RowMotionTest : public testing::Test {
+ protected:
+  static constexpr double kSigmaPx = 0.2;
+
+  RowMotionTest() : setup_(CourseSetup()) { setup_.line_time_s = 20e-3 / setup_.camera.height; }
+
+  std::vector<TagDetection> See(const RowMotion& motion, unsigned seed) const {
+    std::vector<TagDetection> out = SeeTags(
+        setup_.map, setup_.camera, setup_.cam_from_body * Inverse(motion.at_stamp), kSigmaPx, seed);
+    RollTags(
+        setup_, [&](double s) { return motion.After(s); }, &out);
+    return out;
+  }
+  std::optional<ToldRowMotion> Tell(const std::vector<TagDetection>& tags,
+                                    const RowMotion* predicted) const {
+    return RowMotionOfTags(setup_, kSigmaPx, tags, predicted);
+  }
+  // Of by_s, by how many sigmas it is off, squared.
+  static double SquaredDistance(const RowMotion& a, const RowMotion& truth) {
+    const PoseStep d = a.by_s - truth.by_s;
+    return d.dot(a.covariance.topLeftCorner<6, 6>().ldlt().solve(d));
+  }
+
+  static RowMotion Moving(double turn, double speed) {
+    RowMotion out;
+    out.at_stamp = Hover({0.9, 0.9, 1.1}, 0.3, {0.1, -0.05, 0});
+    out.by_s << 0.2 * turn, -0.1 * turn, turn, speed, -0.5 * speed, 0.2 * speed;
+    return out;
+  }
+  // A sure one.
+  static RowMotion Predicted(const RowMotion& motion) {
+    RowMotion out = motion;
+    out.covariance.topLeftCorner<6, 6>() = 1e-4 * PoseCovariance::Identity();
+    return out;
+  }
+
+  EstimatorSetup setup_;
+};
+
+TEST_F(RowMotionTest, RowsExcludeAPredictionThatIsWrong) {
+  constexpr double kMostChi2Of6 = 31;
+  const RowMotion rest = Predicted(Moving(0, 0));
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const RowMotion truth = Moving(3, 1.5);
+    const auto tags = See(truth, seed);
+    for (const RowMotion* predicted : {&rest, static_cast<const RowMotion*>(nullptr)}) {
+      const auto told = Tell(tags, predicted);
+      ASSERT_TRUE(told);
+      EXPECT_TRUE(told->excludes_prediction);
+      EXPECT_LT(SquaredDistance(told->motion, truth), kMostChi2Of6);
+      EXPECT_NEAR(told->motion.by_s.z(), truth.by_s.z(), 1);
+    }
+  }
+}
+
+TEST_F(RowMotionTest, RowsConfirmAPredictionThatIsRight) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    for (const RowMotion& truth : {Moving(3, 1.5), Moving(0, 0)}) {
+      const RowMotion predicted = Predicted(truth);
+      const auto told = Tell(See(truth, seed), &predicted);
+      ASSERT_TRUE(told);
+      EXPECT_FALSE(told->excludes_prediction);
+      EXPECT_LT((told->motion.by_s - truth.by_s).norm(), 0.05);
+    }
+    const auto told = Tell(See(Moving(0, 0), seed), nullptr);
+    ASSERT_TRUE(told);
+    EXPECT_FALSE(told->excludes_prediction);
+  }
+}
+
+TEST_F(RowMotionTest, OneTagTellsNoMotionAlone) {
+  auto tags = See(Moving(3, 1.5), 1);
+  tags.resize(1);
+  EXPECT_FALSE(Tell(tags, nullptr));
+  const RowMotion rest = Predicted(Moving(0, 0));
+  const auto told = Tell(tags, &rest);
+  ASSERT_TRUE(told);
+  EXPECT_FALSE(told->excludes_prediction);
+}
+
+TEST_F(RowMotionTest, CornersComeToAnyRowAndKnowWhatIsOpen) {
+  const RowMotion truth = Moving(3, 1.5);
+  const auto rolled = See(truth, 1);
+  RowMotion known = truth;
+  known.covariance.topLeftCorner<6, 6>() = 0.01 * PoseCovariance::Identity();
+  const double after_s = 8e-3;
+  const auto then = TagsAsOf(after_s, setup_, known, rolled);
+  const auto seen = SeeTags(setup_.map, setup_.camera,
+                            setup_.cam_from_body * Inverse(truth.After(after_s)), 0, 1);
+  size_t compared = 0;
+  for (const TagDetection& tag : then) {
+    ASSERT_TRUE(tag.covariance);
+    for (const TagDetection& exact : seen) {
+      if (exact.id != tag.id) continue;
+      for (size_t c = 0; c < 4; ++c) EXPECT_LT((exact.corners[c] - tag.corners[c]).norm(), 1.2);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 5U);
+  EXPECT_TRUE(IsKnown(after_s, setup_, known, rolled));
+  known.covariance *= 1e4;
+  EXPECT_FALSE(IsKnown(after_s, setup_, known, rolled));
 }
 
 }  // namespace

@@ -12,11 +12,11 @@
 #include "estimator/batch/rig/rig_start.h"
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/rig/rig_tags.h"
+#include "estimator/rig/tags_at_stamp.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/start/recording_start.h"
-#include "estimator/start/tags_at_stamp.h"
 #include "frontend/types/so3.h"
 #include "residuals/lens.h"
 

@@ -14,12 +14,12 @@
 namespace tagtwist::internal::situations_test {
 namespace {
 
-constexpr Situation kAll[] = {Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,
-                              Situation::kTrapezoid, Situation::kStopAndGo, Situation::kHit,
-                              Situation::kVibration, Situation::kGaps,      Situation::kPhantoms,
-                              Situation::kKidnapped, Situation::kFarTag,    Situation::kJitter,
-                              Situation::kBursts,    Situation::kTwin,      Situation::kTwinApart,
-                              Situation::kGantry,    Situation::kRepeated,  Situation::kNoisy};
+constexpr Situation kAll[] = {
+    Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,   Situation::kTrapezoid,
+    Situation::kStopAndGo, Situation::kHit,       Situation::kVibration, Situation::kGaps,
+    Situation::kPhantoms,  Situation::kKidnapped, Situation::kFarTag,    Situation::kJitter,
+    Situation::kBursts,    Situation::kTwin,      Situation::kTwinApart, Situation::kGantry,
+    Situation::kRepeated,  Situation::kNoisy,     Situation::kRolling,   Situation::kRollingTurn};
 
 class Situations : public testing::TestWithParam<Situation> {};
 
@@ -69,7 +69,8 @@ void ExpectHonest(Situation situation, unsigned seed) {
   EXPECT_LT(lagged.nees, situation == Situation::kJitter ? 5.0 : 2.0);
   EXPECT_GT(lagged.nees, 0.2);
   EXPECT_LT(current.nees, 2.0);
-  EXPECT_GT(current.nees, 0.4);
+  // What a rolling shutter leaves open counts once for each tag.
+  EXPECT_GT(current.nees, situation == Situation::kRollingTurn ? 0.25 : 0.4);
   EXPECT_LT(current.beyond, 0.03);
   EXPECT_LT(lagged.beyond, 0.03);
 }

@@ -10,6 +10,7 @@
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/tag_scene.h"
 #include "tests/support/situations/phantoms.h"
+#include "tests/support/situations/rolling_tags.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -75,7 +76,12 @@ Path PathOf(Situation situation, Rng* rng) {
       return Gantry(rng);
     case Situation::kStickSlip:
       return StickSlip(rng);
+    case Situation::kRollingTurn: {
+      const double rate = Draw(rng, 2, 6);  // as if metres were radians
+      return [=](double t) { return rate * std::max(0.0, t - start); };
+    }
     case Situation::kStopAndGo:
+    case Situation::kRolling:
       return [=](double t) {
         const double u = std::fmod(t, 2 * stop_s) - stop_s;
         return u > 0 ? a * std::sin(kPi2 * u) * Step(u / 0.5) * Step((stop_s - u) / 0.5) : 0;
@@ -107,6 +113,20 @@ struct Motion {
     return StateAlong([this](double at) { return At(at); }, t);
   }
 };
+
+Motion MotionOf(Situation situation, Rng* rng) {
+  // Who is carried is carried to where the mat is.
+  const double angle = Draw(rng, 0, situation == Situation::kKidnapped ? kPi2 / 4 : kPi2);
+  Motion out{PathOf(situation, rng),
+             Eigen::Vector3d(std::cos(angle), std::sin(angle), Draw(rng, -0.3, 0.3)),
+             {Draw(rng, -0.5, 0.5), Draw(rng, -0.5, 0.5), Draw(rng, -1, 1)},
+             situation == Situation::kFarTag ? 2.5 : 1.1};
+  if (situation == Situation::kRollingTurn) {  // on the spot
+    out.along.setZero();
+    out.turn = Eigen::Vector3d::UnitZ();
+  }
+  return out;
+}
 
 // Half a millisecond apart, when the second of two has come.
 int64_t BurstStamp(int frame, double rate_hz) {
@@ -164,16 +184,17 @@ SituationDraw BeforeOneTag(SituationDraw draw) {
 }
 
 std::string NameOf(Situation situation) {
-  const char* const names[] = {"smooth",  "rest",       "take-off", "trapezoid", "stop and go",
-                               "hit",     "vibration",  "gaps",     "phantoms",  "kidnapped",
-                               "far tag", "jitter",     "bursts",   "twin",      "twin apart",
-                               "gantry",  "stick-slip", "repeated", "noisy",     "one tag"};
+  const char* const names[] = {"smooth",  "rest",        "take-off", "trapezoid", "stop and go",
+                               "hit",     "vibration",   "gaps",     "phantoms",  "kidnapped",
+                               "far tag", "jitter",      "bursts",   "twin",      "twin apart",
+                               "gantry",  "stick-slip",  "repeated", "noisy",     "one tag",
+                               "rolling", "rolling turn"};
   return names[static_cast<size_t>(situation)];
 }
 
 std::vector<Situation> AllSituations() {
   std::vector<Situation> out;
-  for (int i = 0; i <= static_cast<int>(Situation::kOneTag); ++i) {
+  for (int i = 0; i <= static_cast<int>(Situation::kRollingTurn); ++i) {
     out.push_back(static_cast<Situation>(i));
   }
   return out;
@@ -187,12 +208,9 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
   SituationDraw out;
   out.setup = CourseSetup();
   if (situation == Situation::kJitter || situation == Situation::kBursts) out.judged_from = 60;
-  // Who is carried is carried to where the mat is.
-  const double angle = Draw(&rng, 0, situation == Situation::kKidnapped ? kPi2 / 4 : kPi2);
-  const Motion motion{PathOf(situation, &rng),
-                      Eigen::Vector3d(std::cos(angle), std::sin(angle), Draw(&rng, -0.3, 0.3)),
-                      {Draw(&rng, -0.5, 0.5), Draw(&rng, -0.5, 0.5), Draw(&rng, -1, 1)},
-                      situation == Situation::kFarTag ? 2.5 : 1.1};
+  const Motion motion = MotionOf(situation, &rng);
+  const bool is_rolling = situation == Situation::kRolling || situation == Situation::kRollingTurn;
+  if (is_rolling) out.setup.line_time_s = 20e-3 / out.setup.camera.height;
   std::vector<int> twins;
   Rng of_clock(seed);
   std::normal_distribution<double> scatter(0, Draw(&of_clock, 0.06, 0.2));  // of an interval
@@ -207,6 +225,9 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
     m.tags = SeeTags(out.setup.map, out.setup.camera,
                      out.setup.cam_from_body * Inverse(truth.world_from_body), noise_px,
                      static_cast<unsigned>(rng()));
+    if (is_rolling)
+      RollTags(
+          out.setup, [&](double s) { return motion.At(t + s); }, &m.tags);
     if (situation == Situation::kJitter) {
       m.t_ns += static_cast<int64_t>(std::clamp(scatter(of_clock), -0.4, 0.4) / rate_hz * 1e9);
     }

@@ -18,21 +18,23 @@ enum class Situation {
   kTakeOff,    // at rest, then off
   kTrapezoid,  // jumps of the acceleration between rest and a cruise
   kStopAndGo,
-  kHit,        // pushed within a twentieth of a second
-  kVibration,  // of a millimetre, from some time on
-  kGaps,       // of 0.1 to 20 s without a tag
-  kPhantoms,   // random quads with ids of the map, few true tags
-  kKidnapped,  // carried elsewhere between two frames
-  kFarTag,     // one tag alone, from so far that it barely resolves the motion
-  kJitter,     // stamps that scatter around a steady clock; the truth is of the exposures
-  kBursts,     // stamps of a host that takes two frames at a time
-  kTwin,       // two tags, one of which has a twin elsewhere, all in view
-  kTwinApart,  // the same, but never both of the twins; for a while the wrong one alone
-  kGantry,     // ramps of 1 to 4 m/s^2 between rest and a cruise, nearly all of the time
-  kStickSlip,  // sticks, and slips on by some millimetres within tens of milliseconds
-  kRepeated,   // every so often an image comes twice or more, under stamps of their own
-  kNoisy,      // for a third of the time corners scatter four times as far
-  kOneTag,     // stops and goes before the map's only tag
+  kHit,          // pushed within a twentieth of a second
+  kVibration,    // of a millimetre, from some time on
+  kGaps,         // of 0.1 to 20 s without a tag
+  kPhantoms,     // random quads with ids of the map, few true tags
+  kKidnapped,    // carried elsewhere between two frames
+  kFarTag,       // one tag alone, from so far that it barely resolves the motion
+  kJitter,       // stamps that scatter around a steady clock; the truth is of the exposures
+  kBursts,       // stamps of a host that takes two frames at a time
+  kTwin,         // two tags, one of which has a twin elsewhere, all in view
+  kTwinApart,    // the same, but never both of the twins; for a while the wrong one alone
+  kGantry,       // ramps of 1 to 4 m/s^2 between rest and a cruise, nearly all of the time
+  kStickSlip,    // sticks, and slips on by some millimetres within tens of milliseconds
+  kRepeated,     // every so often an image comes twice or more, under stamps of their own
+  kNoisy,        // for a third of the time corners scatter four times as far
+  kOneTag,       // stops and goes before the map's only tag
+  kRolling,      // stops and goes under a rolling shutter of 20 ms
+  kRollingTurn,  // under the same it turns by 2 to 6 rad/s from some time on
 };
 std::vector<Situation> AllSituations();
 std::string NameOf(Situation situation);

@@ -1,6 +1,8 @@
-#include "estimator/start/tags_at_stamp.h"
+#include "estimator/rig/tags_at_stamp.h"
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "frontend/types/so3.h"
 
@@ -8,6 +10,49 @@ namespace tagtwist::internal {
 namespace {
 
 using Jacobian = Eigen::Matrix<double, 2, 6>;  // of a pixel by a step of the pose
+
+// What the motion makes of a tag's corners until after_s.
+struct TagRows {
+  std::array<Eigen::Vector2d, 4> shifts;
+  Eigen::Matrix<double, 8, 12> by_motion = Eigen::Matrix<double, 8, 12>::Zero();  // by_s, by_s2
+};
+
+// nullopt of tags that the map lacks; corners behind the camera stay.
+std::optional<TagRows> RowsOf(double after_s, const EstimatorSetup& setup, const RowMotion& motion,
+                              const TagDetection& tag) {
+  if (setup.map.Find(tag.id) == nullptr) return std::nullopt;
+  const auto& corners = setup.map.CornersInWorld(tag.id);
+  const MountedCamera seen_by = setup.CameraOf(tag.camera);
+  const Pose at = motion.After(after_s);
+  TagRows out;
+  for (size_t c = 0; c < 4; ++c) {
+    const double s = seen_by.line_time_s * tag.corners[c].y();
+    Eigen::Vector2d then, later;
+    Jacobian by_then, by_later;
+    out.shifts[c].setZero();
+    if (!ProjectFrom(seen_by, at, corners[c], &then, &by_then) ||
+        !ProjectFrom(seen_by, motion.After(s), corners[c], &later, &by_later)) {
+      continue;
+    }
+    out.shifts[c] = then - later;
+    out.by_motion.middleRows<2>(2 * static_cast<Eigen::Index>(c)) << (s - after_s) * by_later,
+        (s * s - after_s * after_s) * by_later;
+  }
+  return out;
+}
+
+// From the first row to the last, of the slowest shutter.
+double LongestSweepS(const EstimatorSetup& setup) {
+  double out = 0;
+  for (int i = 0; i < setup.n_cameras(); ++i) {
+    const MountedCamera camera = setup.CameraOf(i);
+    const double sweep_s = camera.line_time_s * camera.camera.height;
+    if (std::abs(sweep_s) > std::abs(out)) out = sweep_s;
+  }
+  return out;
+}
+
+}  // namespace
 
 // M5.
 bool ProjectFrom(const MountedCamera& seen_by, const Pose& world_from_body,
@@ -29,19 +74,6 @@ bool ProjectFrom(const MountedCamera& seen_by, const Pose& world_from_body,
   return true;
 }
 
-// From the first row to the last, of the slowest shutter.
-double LongestSweepS(const EstimatorSetup& setup) {
-  double out = 0;
-  for (int i = 0; i < setup.n_cameras(); ++i) {
-    const MountedCamera camera = setup.CameraOf(i);
-    const double sweep_s = camera.line_time_s * camera.camera.height;
-    if (std::abs(sweep_s) > std::abs(out)) out = sweep_s;
-  }
-  return out;
-}
-
-}  // namespace
-
 std::optional<RowMotion> MotionOfRows(
     const EstimatorSetup& setup, int64_t t_ns,
     const std::function<std::optional<StateAndCovariance>(int64_t)>& trajectory) {
@@ -58,36 +90,41 @@ std::optional<RowMotion> MotionOfRows(
   out.by_s2 = 2 * (whole - 2 * half) / (whole_s * whole_s);
   // The twist's, attitude first.
   const StateCovariance& p = middle->covariance;
-  out.covariance << p.block<3, 3>(9, 9), p.block<3, 3>(9, 6), p.block<3, 3>(6, 9),
-      p.block<3, 3>(6, 6);
+  out.covariance.topLeftCorner<6, 6>() << p.block<3, 3>(9, 9), p.block<3, 3>(9, 6),
+      p.block<3, 3>(6, 9), p.block<3, 3>(6, 6);
   return out;
 }
 
 std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const RowMotion& motion,
                                         std::vector<TagDetection> tags) {
+  return TagsAsOf(0, setup, motion, std::move(tags));
+}
+
+std::vector<TagDetection> TagsAsOf(double after_s, const EstimatorSetup& setup,
+                                   const RowMotion& motion, std::vector<TagDetection> tags) {
   const auto n = static_cast<double>(tags.size());
   for (TagDetection& tag : tags) {
-    if (setup.map.Find(tag.id) == nullptr) continue;
-    const auto& corners = setup.map.CornersInWorld(tag.id);
-    const MountedCamera seen_by = setup.CameraOf(tag.camera);
-    Eigen::Matrix<double, 8, 6> by_twist = Eigen::Matrix<double, 8, 6>::Zero();
-    for (size_t c = 0; c < 4; ++c) {
-      const double s = seen_by.line_time_s * tag.corners[c].y();
-      Eigen::Vector2d then, later;
-      Jacobian by_then, by_later;
-      if (!ProjectFrom(seen_by, motion.at_stamp, corners[c], &then, &by_then) ||
-          !ProjectFrom(seen_by, motion.After(s), corners[c], &later, &by_later)) {
-        continue;
-      }
-      tag.corners[c] += then - later;
-      by_twist.middleRows<2>(2 * static_cast<Eigen::Index>(c)) = s * by_later;
-    }
+    const auto rows = RowsOf(after_s, setup, motion, tag);
+    if (!rows) continue;
+    for (size_t c = 0; c < 4; ++c) tag.corners[c] += rows->shifts[c];
     const Eigen::Matrix<double, 8, 8> open =
-        n * by_twist * motion.covariance * by_twist.transpose();
+        n * rows->by_motion * motion.covariance * rows->by_motion.transpose();
     if (open.isZero(0)) continue;
     tag.covariance = tag.covariance ? Eigen::Matrix<double, 8, 8>(*tag.covariance + open) : open;
   }
   return tags;
+}
+
+bool IsKnown(double after_s, const EstimatorSetup& setup, const RowMotion& motion,
+             const std::vector<TagDetection>& tags) {
+  double open = 0, moved = 0;
+  for (const TagDetection& tag : tags) {
+    const auto rows = RowsOf(after_s, setup, motion, tag);
+    if (!rows) continue;
+    open += (rows->by_motion * motion.covariance).cwiseProduct(rows->by_motion).sum();
+    for (const Eigen::Vector2d& shift : rows->shifts) moved += shift.squaredNorm();
+  }
+  return moved > open;
 }
 
 int64_t MeanDelayNs(const EstimatorSetup& setup, const std::vector<TagDetection>& tags) {

@@ -13,8 +13,9 @@ namespace tagtwist::internal {
 /// at_stamp [+] (s by_s + s^2 by_s2), [+] as of Retract.
 struct RowMotion {
   Pose at_stamp;
+  using Covariance = Eigen::Matrix<double, 12, 12>;
   PoseStep by_s = PoseStep::Zero(), by_s2 = PoseStep::Zero();  // rad and m
-  PoseCovariance covariance = PoseCovariance::Zero();          // of by_s
+  Covariance covariance = Covariance::Zero();                  // of both, one after the other
 
   Pose After(double s) const { return Retract(at_stamp, s * by_s + s * s * by_s2); }
 };
@@ -32,6 +33,19 @@ std::optional<RowMotion> MotionOfRows(
 /// and corners behind the camera, stay as they are.
 std::vector<TagDetection> TagsAsOfStamp(const EstimatorSetup& setup, const RowMotion& motion,
                                         std::vector<TagDetection> tags);
+/// The same as of so many seconds after the stamp.
+std::vector<TagDetection> TagsAsOf(double after_s, const EstimatorSetup& setup,
+                                   const RowMotion& motion, std::vector<TagDetection> tags);
+
+/// Whether the motion is known well enough for that: its corners move by more than they may move
+/// otherwise, by the motion's covariance (RMS).
+bool IsKnown(double after_s, const EstimatorSetup& setup, const RowMotion& motion,
+             const std::vector<TagDetection>& tags);
+
+/// A corner's pixel, and its derivative by a step of the body's pose; false behind the camera.
+bool ProjectFrom(const MountedCamera& seen_by, const Pose& world_from_body,
+                 const Eigen::Vector3d& corner, Eigen::Vector2d* pixel,
+                 Eigen::Matrix<double, 2, 6>* by_step);
 
 /// When the corners were taken, on average, after the stamp: a frame that knows nothing of its
 /// shutter has the pose of then. 0 without tags.
