@@ -140,6 +140,10 @@ double PowerStatistic::RawPower() const {
 double PowerStatistic::Power() const {
   const double of_motion = under_prior - noise_alone;
   if (!(of_motion > 0.1)) return 1;
+  // Both are traces of positive matrices, the latter the larger; else rounding made them, as of
+  // states microseconds apart.
+  constexpr double kRounding = 0.05;
+  if (std::min(noise_alone, under_prior) < -kRounding * of_motion) return 1;
   // The estimate's variance is about 2 under_prior / of_motion^2; before the data it is near 1.
   const double precision = of_motion * of_motion / (2 * under_prior);
   return std::clamp(1 + (RawPower() - 1) * precision / (1 + precision), 0.05, 5.0);
@@ -267,7 +271,9 @@ std::vector<StateCovariance> WithPriorPower(double power, PriorPower prior) {
   for (size_t i = 0; i < out.size(); ++i) {
     const double of_measurements = std::clamp((1 - shares[i]) / (1 - typical), 0.0, 1.0);
     const double weight = power < 1 ? of_measurements * of_measurements : 1.0;
-    out[i] += weight * (power - 1) * prior.of_prior[i];
+    const StateCovariance scaled = out[i] + weight * (power - 1) * prior.of_prior[i];
+    // The prior's share of a covariance is a difference; what rounding made of it is none.
+    if (scaled.llt().info() == Eigen::Success) out[i] = scaled;
   }
   return out;
 }

@@ -26,7 +26,8 @@ struct PowerStatistic {
   /// Power of the motion at the limit of resolution over what the prior expects: 1 where the prior
   /// holds, 0 for motion without anything there. Unbiased, noisy on short recordings.
   double RawPower() const;
-  /// RawPower drawn towards 1 as far as the recording is too short to tell, within [0.05, 5].
+  /// RawPower drawn towards 1 as far as the recording is too short to tell, within [0.05, 5]; 1
+  /// where rounding has made the statistic.
   double Power() const;
 };
 

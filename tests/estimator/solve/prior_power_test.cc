@@ -140,6 +140,20 @@ TEST(PriorPower, PiecesSayWhatTheWholeSays) {
 }
 
 // States that hang on the prior alone are not promised anything that only holds elsewhere.
+// Of states microseconds apart the differences that it is made of are rounding's.
+TEST(PriorPower, WhatRoundingMadeOfItDoesNotCount) {
+  EXPECT_EQ((PowerStatistic{0.104, -2.6, -1.06}).Power(), 1);
+  EXPECT_GT((PowerStatistic{20, -0.2, 5}).Power(), 1.5);
+  PriorPower prior;
+  for (const double of_prior : {-0.9, 0.5}) {
+    prior.covariances.emplace_back(StateCovariance::Identity());
+    prior.of_prior.emplace_back(of_prior * StateCovariance::Identity());
+  }
+  const auto scaled = WithPriorPower(5, prior);
+  EXPECT_EQ(scaled[0], StateCovariance::Identity());
+  EXPECT_DOUBLE_EQ(scaled[1](0, 0), 3);
+}
+
 TEST(PriorPower, AGapKeepsItsCovariance) {
   ExactModelOptions model;
   const ExactModelFlight flight = DrawFlight(model);
