@@ -27,6 +27,11 @@ bool DoubledTags::History::IsOften() const {
   return wrong >= kLeast && kOneIn * wrong >= seen;
 }
 
+bool DoubledTags::History::IsAlways() const {
+  constexpr int kLeast = 60;
+  return wrong >= kLeast && 10 * wrong >= 9 * seen;
+}
+
 // Only what was wrong once is counted: a frame costs as much as there are such tags.
 bool DoubledTags::Add(const FrameMeasurements& measurement) {
   const std::vector<int>& doubled = measurement.doubled_ids;
@@ -44,10 +49,25 @@ bool DoubledTags::Add(const FrameMeasurements& measurement) {
   return tells;
 }
 
+// Of two that contradict each other nobody knows which is right: two others have to agree.
+void DoubledTags::AddAside(const std::vector<int>& used, const std::vector<int>& aside) {
+  if (used.size() > 2) {
+    for (const int id : used) contradicted_[id].AddRight();
+  }
+  if (used.size() < 2) return;
+  for (const int id : aside) {
+    History& history = contradicted_[id];
+    history.AddWrong();
+    if (history.IsAlways()) set_aside_.insert(id);
+  }
+}
+
 void DoubledTags::AddSolved(const std::vector<int>& used,
-                            const std::vector<TagElsewhere>& elsewhere) {
+                            const std::vector<TagElsewhere>& elsewhere,
+                            const std::vector<int>& aside) {
   constexpr int kOften = 5, kNear = 90;
   ++frames_;
+  AddAside(used, aside);
   since_gap_.insert(used.begin(), used.end());
   agreed_since_gap_ = agreed_since_gap_ || used.size() > 1;
   if (used.size() == 1 && !elsewhere.empty()) {
@@ -81,6 +101,11 @@ void DoubledTags::LoseTouch() {
   agreed_since_gap_ = false;
 }
 
+void DoubledTags::StartAnew() {
+  set_aside_.clear();
+  contradicted_.clear();
+}
+
 bool DoubledTags::IsAtStake() const {
   constexpr int kByChance = 1;
   return !agreed_since_gap_ && std::any_of(since_gap_.begin(), since_gap_.end(), [&](int id) {
@@ -99,7 +124,7 @@ void DoubledTags::LeaveOut(int id, int frames) {
 }
 
 void DoubledTags::TakeOut(std::vector<TagDetection>* tags) const {
-  if (left_out_.empty()) return;
+  if (!any()) return;
   tags->erase(std::remove_if(tags->begin(), tags->end(),
                              [&](const TagDetection& tag) { return IsLeftOut(tag.id); }),
               tags->end());
@@ -121,6 +146,13 @@ std::vector<std::string> DoubledTags::Warnings() const {
           "another has its id; it is not used",
           id, moved->second.wrong));
     }
+  }
+  for (const int id : set_aside_) {
+    const History& history = contradicted_.at(id);
+    out.push_back(
+        Format("tag %d was contradicted by those beside it in %d frames of %d: it was moved, or is "
+               "not flat; it is not used from there on",
+               id, history.wrong, history.seen));
   }
   return out;
 }

@@ -123,7 +123,11 @@ void FixedLagSmoother::JudgeIds(const FrameMeasurements& measurement) {
     if (std::count(used.begin(), used.end(), tag.id) == 0) used.push_back(tag.id);
     if (alone_since_restart_ != tag.id) alone_since_restart_.reset();
   }
-  doubled_.AddSolved(used, TagsElsewhere(setup_, frame, measurement.tags));
+  std::vector<int> aside;
+  for (const TagDetection& tag : measurement.tags) {
+    if (std::count(used.begin(), used.end(), tag.id) == 0) aside.push_back(tag.id);
+  }
+  doubled_.AddSolved(used, TagsElsewhere(setup_, frame, measurement.tags), aside);
   if (!doubled_.IsAtStake()) return;
   for (size_t k = first; k < seen_.size(); ++k) seen_[k].is_doubted = true;
 }
@@ -189,6 +193,7 @@ void FixedLagSmoother::LeaveForNewTimes(std::vector<FrameEstimate>* lagged) {
 
 void FixedLagSmoother::StartAnew(int64_t t_ns, WindowOutput* out) {
   LeaveAll(out);
+  doubled_.StartAnew();
   const bool again = restarts_ > 0 && frames_since_restart_ < kFramesToSettle;
   restarts_in_a_row_ = again ? restarts_in_a_row_ + 1 : 0;
   frames_since_restart_ = 0;
