@@ -13,6 +13,7 @@ RollingShutterUndo::RollingShutterUndo(const EstimatorSetup& setup)
 
 Result<FrameMeasurements> RollingShutterUndo::AsOfStamp(FrameMeasurements measurement,
                                                         const TimeUp& time_up) {
+  repeated_.TakeOut(&measurement);
   const int64_t delay_ns = MeanDelayNs(setup_, measurement.tags);
   const double delay_s = ToSeconds(delay_ns);
   const auto predicted = [&] {

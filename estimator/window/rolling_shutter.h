@@ -1,5 +1,9 @@
 #pragma once
+#include <optional>
+#include <string>
+
 #include "estimator/graph/graph_builder.h"
+#include "estimator/motion/repeated_images.h"
 #include "estimator/window/fixed_lag_smoother.h"
 #include "frontend/base/result.h"
 #include "frontend/base/time_up.h"
@@ -16,11 +20,15 @@ namespace tagtwist::internal {
 class RollingShutterUndo {
  public:
   explicit RollingShutterUndo(const EstimatorSetup& setup);
-  /// Stamps must grow. As it is where there is no state.
+  /// Stamps must grow. As it is where there is no state. An image that comes again is known here
+  /// alone: undone as of another stamp it is another.
   Result<FrameMeasurements> AsOfStamp(FrameMeasurements measurement, const TimeUp& time_up = {});
+  /// Of those.
+  std::optional<std::string> Warning() const { return repeated_.Warning(); }
 
  private:
   EstimatorSetup setup_;
+  RepeatedImages repeated_;
   FixedLagSmoother of_mean_row_;
 };
 

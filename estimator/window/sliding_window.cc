@@ -103,6 +103,8 @@ const NoiseModel& SlidingWindow::noise() const { return impl_->smoother.noise();
 
 std::vector<std::string> SlidingWindow::Warnings() const {
   std::vector<std::string> out = impl_->smoother.Warnings();
+  const auto of_repeated = impl_->undo ? impl_->undo->Warning() : std::nullopt;
+  if (of_repeated) out.push_back(*of_repeated);
   if (const auto of_clock = impl_->clock.Warning()) out.push_back(*of_clock);
   const auto of_imu = impl_->imu ? impl_->imu->Warning() : std::nullopt;
   if (of_imu) out.push_back(*of_imu);

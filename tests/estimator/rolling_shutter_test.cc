@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "estimator/batch/batch.h"
 #include "estimator/graph/graph_builder.h"
 #include "estimator/online/config.h"
@@ -82,6 +86,29 @@ TEST(RollingShutter, WindowFromTheSetUpAloneIsNearlyAsGoodAsWithoutOne) {
   const double reference = rmse(global);
   EXPECT_LT(rmse(rolling), 1.5 * reference);
   EXPECT_GT(rmse(Unaware(rolling)), 3 * reference);
+}
+
+// Undone as of another stamp, a repeated image would be another.
+TEST(RollingShutter, TheWindowKnowsAnImageThatComesAgain) {
+  CalibrationFlight flight = Flight(kLineTimeS);
+  SlidingWindow window(flight.config.set_up, flight.config.estimator);
+  size_t predicted = 0;
+  for (size_t i = 0; i < flight.measurements.size(); ++i) {
+    const bool again = i > 15 && i % 10 == 0;
+    if (again) flight.measurements[i].tags = flight.measurements[i - 1].tags;
+    const auto out = window.Add(flight.measurements[i]);
+    ASSERT_TRUE(out);
+    if (again) predicted += out->current.status == FrameStatus::kPredicted ? 1 : 0;
+  }
+  EXPECT_EQ(predicted, 4U);
+  window.Finish();
+  const auto warnings = window.Warnings();
+  EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
+                          [](const std::string& line) {
+                            return line.find("4 frames, first") != std::string::npos;
+                          }),
+            1)
+      << testing::PrintToString(warnings);
 }
 
 TEST(RollingShutter, StandingStillOrWithoutOneNothingMoves) {
