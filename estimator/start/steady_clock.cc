@@ -58,9 +58,12 @@ std::vector<int64_t> Followed(const std::vector<double>& stamps_s) {
   std::vector<int64_t> numbers;
   numbers.reserve(stamps_s.size());
   double tick_s = stamps_s.front();
-  for (const double t : stamps_s) {
+  for (size_t i = 0; i < stamps_s.size(); ++i) {
+    const double t = stamps_s[i];
     const auto steps = static_cast<int64_t>(std::floor((t - tick_s) / period_s + 0.3));
-    const int64_t step = numbers.empty() ? 0 : std::max<int64_t>(1, steps);
+    // Where the next one comes soon, this one was late.
+    const bool is_late = i + 1 < stamps_s.size() && stamps_s[i + 1] - t < 0.5 * period_s;
+    const int64_t step = numbers.empty() ? 0 : is_late ? 1 : std::max<int64_t>(1, steps);
     numbers.push_back(numbers.empty() ? 0 : numbers.back() + step);
     tick_s += period_s * static_cast<double>(step);
     tick_s += kGain * (t - tick_s);
@@ -95,12 +98,14 @@ int FramesAtATime(const std::vector<double>& stamps_s) {
   return std::clamp(most, 2, kMost);
 }
 
-// Standard deviations of the line's values, for stamps of this scatter.
-std::vector<double> TickSigmas(const std::vector<int64_t>& numbers, double rms_s) {
-  const auto n = static_cast<double>(numbers.size());
+// Standard deviations of the line's values, for stamps of this scatter, where those of `used` have
+// told it.
+std::vector<double> TickSigmas(const std::vector<int64_t>& numbers,
+                               const std::vector<int64_t>& used, double rms_s) {
+  const auto n = static_cast<double>(used.size());
   double mean = 0, square = 0;
-  for (const int64_t number : numbers) mean += static_cast<double>(number) / n;
-  for (const int64_t number : numbers) square += std::pow(static_cast<double>(number) - mean, 2);
+  for (const int64_t number : used) mean += static_cast<double>(number) / n;
+  for (const int64_t number : used) square += std::pow(static_cast<double>(number) - mean, 2);
   std::vector<double> sigmas;
   sigmas.reserve(numbers.size());
   for (const int64_t number : numbers) {
@@ -127,6 +132,47 @@ Misfit MisfitOf(const std::vector<double>& stamps_s, const std::vector<int64_t>&
   return out;
 }
 
+// Stamps and their numbers.
+struct Numbered {
+  std::vector<double> stamps_s;
+  std::vector<int64_t> numbers;
+};
+
+// Those that were taken in time, where now and then one was taken late, as of a host that was busy:
+// most lie close to the line, the others behind it. All where that is not so.
+Numbered InTime(const Numbered& all) {
+  constexpr double kHalfOfNormal = 1.349;  // standard deviations between its quartiles
+  constexpr double kTail = 0.5, kLate = 5;
+  constexpr int kRounds = 4;
+  Numbered used = all;
+  for (int round = 0; round < kRounds; ++round) {
+    const Line line = FitLine(used.stamps_s, used.numbers);
+    std::vector<double> late(all.numbers.size());
+    for (size_t i = 0; i < late.size(); ++i) {
+      late[i] =
+          all.stamps_s[i] - line.first_s - line.period_s * static_cast<double>(all.numbers[i]);
+    }
+    const double middle = Quantile(late, 0.5),
+                 sigma = std::max((Quantile(late, 0.75) - Quantile(late, 0.25)) / kHalfOfNormal,
+                                  1e-3 * line.period_s);
+    if (round == 0 &&
+        sigma > kTail * MisfitOf(all.stamps_s, all.numbers, line).rms * line.period_s) {
+      return all;
+    }
+    used = {};
+    for (size_t i = 0; i < late.size(); ++i) {
+      if (late[i] < middle - kLate * sigma) return all;
+      if (late[i] > middle + kLate * sigma) continue;
+      used.stamps_s.push_back(all.stamps_s[i]);
+      used.numbers.push_back(all.numbers[i]);
+    }
+  }
+  constexpr double kMost = 0.7;
+  return static_cast<double>(used.numbers.size()) > kMost * static_cast<double>(all.numbers.size())
+             ? used
+             : all;
+}
+
 }  // namespace
 
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns) {
@@ -144,14 +190,16 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
   if (at_a_time == 2) choices.push_back(Followed(stamps_s));  // else by the interval in a burst
   for (const std::vector<int64_t>& numbers : choices) {
     if (!MostFollow(numbers)) continue;
-    const Line line = FitLine(stamps_s, numbers);
-    const Misfit misfit = MisfitOf(stamps_s, numbers, line);
-    if (!(misfit.largest < kMostMisfit * (at_a_time - 1))) continue;
+    const Numbered used = InTime({stamps_s, numbers});
+    const Line line = FitLine(used.stamps_s, used.numbers);
+    const Misfit misfit = MisfitOf(stamps_s, numbers, line),
+                 in_time = MisfitOf(used.stamps_s, used.numbers, line);
+    if (!(in_time.largest < kMostMisfit * (at_a_time - 1))) continue;
     if (best && best->rms_s <= misfit.rms * line.period_s) continue;
     best.emplace();
     best->period_s = line.period_s;
     best->rms_s = misfit.rms * line.period_s;
-    best->sigma_s = TickSigmas(numbers, best->rms_s);
+    best->sigma_s = TickSigmas(numbers, used.numbers, in_time.rms * line.period_s);
     best->t_ns.reserve(numbers.size());
     for (const int64_t number : numbers) {
       const double t_s = line.first_s + line.period_s * static_cast<double>(number);

@@ -18,8 +18,9 @@ struct SteadyClock {
 
 /// Least squares of stamp_i = first + period * n_i over the first time and the period. The frame
 /// numbers n_i grow by 1, or, now and then, by more where frames seem lost, whichever fits better.
-/// nullopt for fewer than ten stamps, and where a stamp lies 0.75 periods or more from its tick (of
-/// stamps that come n > 2 at a time n - 1 times that): no steady clock.
+/// Stamps that were taken late now and then, most being in time, do not count. nullopt for fewer
+/// than ten stamps, and where one of the others lies 0.75 periods or more from its tick (of stamps
+/// that come n > 2 at a time n - 1 times that): no steady clock.
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns);
 
 /// Covariance by the uncertainty of when a frame was taken, which moves a state along its motion.

@@ -49,6 +49,30 @@ TEST(SteadyClock, FindsTheTicksUnderJitterAndLostFrames) {
   }
 }
 
+// A host that is busy now and then stamps a frame late, up to two periods and more; the others tell
+// the clock, and it is no frame that was lost.
+TEST(SteadyClock, PassesOverStampsThatCameLate) {
+  for (const std::vector<int>& lost : {std::vector<int>{}, {50, 51, 200}}) {
+    Stamped s = Stamp(400, 1e-5, lost, 3);
+    std::mt19937 rng(5);
+    std::exponential_distribution<double> late_s(1 / 0.008);
+    int64_t last_ns = 0;
+    for (size_t i = 0; i < s.stamps.size(); ++i) {
+      if (rng() % 10 == 0) s.stamps[i] += static_cast<int64_t>(1e9 * late_s(rng));
+      last_ns = s.stamps[i] = std::max(s.stamps[i], last_ns + 100'000);
+    }
+    const auto clock = FitSteadyClock(s.stamps);
+    ASSERT_TRUE(clock);
+    EXPECT_GT(clock->rms_s, 2e-3);  // of all
+    // Whether the last one is late, or frames were lost before it, nobody knows.
+    for (size_t i = 0; i + 1 < s.ticks.size(); ++i) {
+      const double e = 1e-9 * static_cast<double>(clock->t_ns[i] - s.ticks[i]);
+      EXPECT_LT(std::abs(e), 2e-5) << i;
+      EXPECT_LT(clock->sigma_s[i], 1e-5);
+    }
+  }
+}
+
 // A host that takes two frames at a time stamps them half a millisecond apart.
 TEST(SteadyClock, SeesThroughPairs) {
   std::vector<int64_t> stamps;

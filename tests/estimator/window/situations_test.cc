@@ -14,12 +14,13 @@
 namespace tagtwist::internal::situations_test {
 namespace {
 
-constexpr Situation kAll[] = {
-    Situation::kSmooth,    Situation::kRest,      Situation::kTakeOff,   Situation::kTrapezoid,
-    Situation::kStopAndGo, Situation::kHit,       Situation::kVibration, Situation::kGaps,
-    Situation::kPhantoms,  Situation::kKidnapped, Situation::kFarTag,    Situation::kJitter,
-    Situation::kBursts,    Situation::kTwin,      Situation::kTwinApart, Situation::kGantry,
-    Situation::kRepeated,  Situation::kNoisy,     Situation::kRolling,   Situation::kRollingTurn};
+constexpr Situation kAll[] = {Situation::kSmooth,    Situation::kRest,        Situation::kTakeOff,
+                              Situation::kTrapezoid, Situation::kStopAndGo,   Situation::kHit,
+                              Situation::kVibration, Situation::kGaps,        Situation::kPhantoms,
+                              Situation::kKidnapped, Situation::kFarTag,      Situation::kJitter,
+                              Situation::kBursts,    Situation::kTwin,        Situation::kTwinApart,
+                              Situation::kGantry,    Situation::kRepeated,    Situation::kNoisy,
+                              Situation::kRolling,   Situation::kRollingTurn, Situation::kLate};
 
 class Situations : public testing::TestWithParam<Situation> {};
 

@@ -11,6 +11,7 @@
 #include "tests/support/flights/tag_scene.h"
 #include "tests/support/situations/phantoms.h"
 #include "tests/support/situations/rolling_tags.h"
+#include "tests/support/situations/situation_stamps.h"
 
 namespace tagtwist::internal {
 namespace {
@@ -128,13 +129,6 @@ Motion MotionOf(Situation situation, Rng* rng) {
   return out;
 }
 
-// Half a millisecond apart, when the second of two has come.
-int64_t BurstStamp(int frame, double rate_hz) {
-  const double second = 2 * std::floor(0.5 * frame) + 1;
-  const double t = second / rate_hz - (frame % 2 == 0 ? 5e-4 : 0);
-  return 1'000'000'000 + static_cast<int64_t>(std::llround(1e9 * t));
-}
-
 // Of three tags of the mat, the last of which has the first one's id.
 void MakeTwin(double t, bool apart, const std::vector<int>& ids, const EstimatorSetup& setup,
               FrameMeasurements* m) {
@@ -184,17 +178,17 @@ SituationDraw BeforeOneTag(SituationDraw draw) {
 }
 
 std::string NameOf(Situation situation) {
-  const char* const names[] = {"smooth",  "rest",        "take-off", "trapezoid", "stop and go",
-                               "hit",     "vibration",   "gaps",     "phantoms",  "kidnapped",
-                               "far tag", "jitter",      "bursts",   "twin",      "twin apart",
-                               "gantry",  "stick-slip",  "repeated", "noisy",     "one tag",
-                               "rolling", "rolling turn"};
+  const char* const names[] = {"smooth",  "rest",         "take-off", "trapezoid", "stop and go",
+                               "hit",     "vibration",    "gaps",     "phantoms",  "kidnapped",
+                               "far tag", "jitter",       "bursts",   "twin",      "twin apart",
+                               "gantry",  "stick-slip",   "repeated", "noisy",     "one tag",
+                               "rolling", "rolling turn", "late"};
   return names[static_cast<size_t>(situation)];
 }
 
 std::vector<Situation> AllSituations() {
   std::vector<Situation> out;
-  for (int i = 0; i <= static_cast<int>(Situation::kRollingTurn); ++i) {
+  for (int i = 0; i <= static_cast<int>(Situation::kLate); ++i) {
     out.push_back(static_cast<Situation>(i));
   }
   return out;
@@ -207,19 +201,18 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
   Rng rng(1000 * seed + static_cast<unsigned>(situation));
   SituationDraw out;
   out.setup = CourseSetup();
-  if (situation == Situation::kJitter || situation == Situation::kBursts) out.judged_from = 60;
+  if (SituationStamps::AreWrong(situation)) out.judged_from = 60;
   const Motion motion = MotionOf(situation, &rng);
   const bool is_rolling = situation == Situation::kRolling || situation == Situation::kRollingTurn;
   if (is_rolling) out.setup.line_time_s = 20e-3 / out.setup.camera.height;
   std::vector<int> twins;
-  Rng of_clock(seed);
-  std::normal_distribution<double> scatter(0, Draw(&of_clock, 0.06, 0.2));  // of an interval
+  SituationStamps stamps(situation, rate_hz, seed);
   const double gap_from = Draw(&rng, 4, 8), gap_to = gap_from + std::pow(10, Draw(&rng, -1, 0.7));
   for (int k = 0; k < static_cast<int>(kDurationS * rate_hz); ++k) {
     const double t = k / rate_hz;
     const BodyState truth = motion.StateAt(t);
     FrameMeasurements m;
-    m.t_ns = 1'000'000'000 + static_cast<int64_t>(std::llround(1e9 * t));
+    m.t_ns = stamps.Next(k);
     const bool is_noisy = situation == Situation::kNoisy && t > gap_from && t < gap_from + 5;
     const double noise_px = is_noisy ? 0.8 : 0.2;
     m.tags = SeeTags(out.setup.map, out.setup.camera,
@@ -228,10 +221,6 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
     if (is_rolling)
       RollTags(
           out.setup, [&](double s) { return motion.At(t + s); }, &m.tags);
-    if (situation == Situation::kJitter) {
-      m.t_ns += static_cast<int64_t>(std::clamp(scatter(of_clock), -0.4, 0.4) / rate_hz * 1e9);
-    }
-    if (situation == Situation::kBursts) m.t_ns = BurstStamp(k, rate_hz);
     if (situation == Situation::kFarTag) {
       const auto other = [](const TagDetection& tag) { return tag.id != 40; };
       m.tags.erase(std::remove_if(m.tags.begin(), m.tags.end(), other), m.tags.end());

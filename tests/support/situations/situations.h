@@ -35,6 +35,7 @@ enum class Situation {
   kOneTag,       // stops and goes before the map's only tag
   kRolling,      // stops and goes under a rolling shutter of 20 ms
   kRollingTurn,  // under the same it turns by 2 to 6 rad/s from some time on
+  kLate,         // one stamp of ten comes late, by a third of an interval in the mean
 };
 std::vector<Situation> AllSituations();
 std::string NameOf(Situation situation);
