@@ -147,6 +147,11 @@ std::vector<std::string> DoubledTags::Warnings() const {
           id, moved->second.wrong));
     }
   }
+  return out;
+}
+
+std::vector<std::string> DoubledTags::AsideWarnings() const {
+  std::vector<std::string> out;
   for (const int id : set_aside_) {
     const History& history = contradicted_.at(id);
     out.push_back(

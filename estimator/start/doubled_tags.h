@@ -44,6 +44,8 @@ class DoubledTags {
   void TakeOut(std::vector<TagDetection>* tags) const;
   /// One line each.
   std::vector<std::string> Warnings() const;
+  /// Of those that others contradict: by how much is the audit's to say.
+  std::vector<std::string> AsideWarnings() const;
 
  private:
   struct History {

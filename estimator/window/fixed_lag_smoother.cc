@@ -168,6 +168,7 @@ void FixedLagSmoother::Forget(size_t n_frames) {
 std::vector<std::string> FixedLagSmoother::Warnings() const {
   std::vector<std::string> out = doubled_.Warnings();
   for (std::string& warning : audit_.Warnings()) out.push_back(std::move(warning));
+  for (std::string& warning : doubled_.AsideWarnings()) out.push_back(std::move(warning));
   if (const auto of_tracks = segmenter_.tally().Warning()) out.push_back(*of_tracks);
   if (const auto of_stamps = stamps_.Warning()) out.push_back(*of_stamps);
   if (const auto of_repeated = repeated_.Warning()) out.push_back(*of_repeated);

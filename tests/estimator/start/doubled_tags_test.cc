@@ -57,8 +57,8 @@ TEST(DoubledTags, ATagThatIsAlwaysContradictedIsSetAsideUntilTheSolutionBeginsAn
   always.TakeOut(&tags);
   ASSERT_EQ(tags.size(), 1U);
   EXPECT_EQ(tags[0].id, 2);
-  ASSERT_EQ(always.Warnings().size(), 1U);
-  EXPECT_THAT(always.Warnings()[0],
+  ASSERT_EQ(always.AsideWarnings().size(), 1U);
+  EXPECT_THAT(always.AsideWarnings()[0],
               HasSubstr("tag 1 was contradicted by those beside it in 60 frames of 60"));
   always.StartAnew();
   EXPECT_FALSE(always.any());

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/situations/phantoms.h"
+
 namespace tagtwist::internal {
 
 SituationStamps::SituationStamps(Situation situation, double rate_hz, unsigned seed)

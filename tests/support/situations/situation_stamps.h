@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <random>
 
-#include "tests/support/flights/tag_scene.h"
+#include "tests/support/situations/phantoms.h"
 #include "tests/support/situations/situations.h"
 
 namespace tagtwist::internal {
