@@ -58,11 +58,14 @@ std::vector<int64_t> Followed(const std::vector<double>& stamps_s) {
   std::vector<int64_t> numbers;
   numbers.reserve(stamps_s.size());
   double tick_s = stamps_s.front();
+  int n_late = 0, n_lost = 0;
   for (size_t i = 0; i < stamps_s.size(); ++i) {
     const double t = stamps_s[i];
     const auto steps = static_cast<int64_t>(std::floor((t - tick_s) / period_s + 0.3));
-    // Where the next one comes soon, this one was late.
-    const bool is_late = i + 1 < stamps_s.size() && stamps_s[i + 1] - t < 0.5 * period_s;
+    // Where the next one comes soon, this one was late; the newest is what most were before it.
+    const bool is_newest = i + 1 == stamps_s.size();
+    const bool is_late = is_newest ? n_late > n_lost : stamps_s[i + 1] - t < 0.5 * period_s;
+    if (steps > 1) ++(is_late ? n_late : n_lost);
     const int64_t step = numbers.empty() ? 0 : is_late ? 1 : std::max<int64_t>(1, steps);
     numbers.push_back(numbers.empty() ? 0 : numbers.back() + step);
     tick_s += period_s * static_cast<double>(step);
@@ -178,6 +181,7 @@ Numbered InTime(const Numbered& all) {
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns) {
   constexpr size_t kLeastStamps = 10;
   constexpr double kMostMisfit = 0.75;  // periods; half a burst's of those that come in bursts
+  constexpr double kAtTicks = 0.02;     // periods
   if (stamps_ns.size() < kLeastStamps) return std::nullopt;
   std::vector<double> stamps_s;
   stamps_s.reserve(stamps_ns.size());
@@ -195,10 +199,16 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
     const Misfit misfit = MisfitOf(stamps_s, numbers, line),
                  in_time = MisfitOf(used.stamps_s, used.numbers, line);
     if (!(in_time.largest < kMostMisfit * (at_a_time - 1))) continue;
-    if (best && best->rms_s <= misfit.rms * line.period_s) continue;
+    const bool is_evident = used.numbers.size() < numbers.size() && in_time.rms < kAtTicks;
+    const bool is_as_evident = best && (best->is_evident || !is_evident);
+    if (is_as_evident &&
+        (best->is_evident != is_evident || best->rms_s <= misfit.rms * line.period_s)) {
+      continue;
+    }
     best.emplace();
     best->period_s = line.period_s;
     best->rms_s = misfit.rms * line.period_s;
+    best->is_evident = is_evident;
     best->sigma_s = TickSigmas(numbers, used.numbers, in_time.rms * line.period_s);
     best->t_ns.reserve(numbers.size());
     for (const int64_t number : numbers) {

@@ -13,6 +13,7 @@ struct SteadyClock {
   std::vector<int64_t> t_ns;    // one a stamp, strictly growing
   double period_s = 0;          // between frames
   double rms_s = 0;             // of stamps - t
+  bool is_evident = false;      // most stamps are at the ticks, to a fiftieth of a period
   std::vector<double> sigma_s;  // of each t, standard deviation: the line through the stamps
 };
 

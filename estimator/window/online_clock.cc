@@ -33,6 +33,7 @@ void OnlineClock::Fit() {
     if (is_near) tick_ns_ = next + static_cast<int64_t>(std::llround(kDraw * off));
   }
   is_followed_ = true;
+  is_evident_ = clock->is_evident;
   period_s_ = clock->period_s;
   rms_s_ = clock->rms_s;
 }
@@ -69,7 +70,7 @@ int64_t OnlineClock::TimeOf(int64_t stamp_ns) {
 
 bool OnlineClock::Judge(double corner_sigma_px, const std::vector<TagDetection>& tags,
                         const Pose& near) {
-  constexpr double kFade = 1 - 1.0 / 300, kClearly = 10, kMost = 40;
+  constexpr double kFade = 1 - 1.0 / 300, kClearly = 10, kRather = 1, kMost = 40;
   if (setup_.options.clock != ClockChoice::kAuto || !tick_ns_ || tags.empty()) return false;
   const auto pose = PoseOfTags(setup_, corner_sigma_px, tags, near);
   if (!pose || !pose->is_consensus || *tick_ns_ <= last_tick_ns_) return false;
@@ -83,12 +84,13 @@ bool OnlineClock::Judge(double corner_sigma_px, const std::vector<TagDetection>&
       std::clamp(kFade * advantage_ + ticks.linear + ticks.angular - stamps.linear - stamps.angular,
                  -kMost, kMost);
   constexpr int kRest = 500;
-  if (advantage_ == -kMost && !is_steady_) {
+  if (advantage_ == -kMost && !is_steady_ && !is_evident_) {
     rests_ = kRest;
     tick_ns_.reset();
     Forget();
   }
-  const bool is_steady = is_steady_ ? advantage_ > -kClearly : advantage_ > kClearly;
+  const double enough = is_evident_ ? kRather : kClearly;
+  const bool is_steady = is_steady_ ? advantage_ > -kClearly : advantage_ > enough;
   return std::exchange(is_steady_, is_steady) != is_steady;
 }
 

@@ -16,8 +16,9 @@ namespace tagtwist::internal {
 /// When frames were taken whose stamps scatter around a steady clock, for a window. The clock is
 /// fitted to the latest stamps as they come (FitSteadyClock); its ticks are taken for the frames'
 /// times once what their tags say by themselves is likelier beyond doubt at the ticks than at the
-/// stamps, under a bank of densities of motion, and until the stamps are likelier again. While
-/// stamps are steady by themselves it costs nothing.
+/// stamps, under a bank of densities of motion, and until the stamps are likelier again; where most
+/// stamps are at the ticks and the others late, once it is likelier at all. While stamps are steady
+/// by themselves it costs nothing.
 class OnlineClock {
  public:
   explicit OnlineClock(const EstimatorSetup& setup);
@@ -46,6 +47,7 @@ class OnlineClock {
   int64_t last_tick_ns_ = 0, last_time_ns_ = 0;
   double advantage_ = 0;  // of the ticks, in the logarithm of the likelihood, fading
   bool is_steady_ = false;
+  bool is_evident_ = false;   // by the stamps alone
   bool is_followed_ = false;  // the tick of the frame before was asked for, too
   int since_fit_ = 0;
   int rests_ = 0;        // frames for which nobody asks, for the stamps hold beyond doubt

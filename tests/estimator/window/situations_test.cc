@@ -66,8 +66,9 @@ void ExpectHonest(Situation situation, unsigned seed) {
   // the twist is too sure.
   if (situation == Situation::kVibration) return;
   EXPECT_LE(lagged.without, open);
-  // Jitter that moves a calm body by less than a frame's noise tells of itself only over seconds.
-  EXPECT_LT(lagged.nees, situation == Situation::kJitter ? 5.0 : 2.0);
+  // Stamps that move a calm body by less than a frame's noise tell of themselves only over seconds.
+  const bool is_told_late = situation == Situation::kJitter || situation == Situation::kLate;
+  EXPECT_LT(lagged.nees, is_told_late ? 5.0 : 2.0);
   EXPECT_GT(lagged.nees, 0.2);
   EXPECT_LT(current.nees, 2.0);
   // What a rolling shutter leaves open counts once for each tag.
