@@ -51,10 +51,10 @@ bool DoubledTags::Add(const FrameMeasurements& measurement) {
 
 // Of two that contradict each other nobody knows which is right: two others have to agree.
 void DoubledTags::AddAside(const std::vector<int>& used, const std::vector<int>& aside) {
-  if (used.size() > 2) {
-    for (const int id : used) contradicted_[id].AddRight();
-  }
   if (used.size() < 2) return;
+  for (auto& [id, history] : contradicted_) {
+    if (used.size() > 2 && std::count(used.begin(), used.end(), id) > 0) history.AddRight();
+  }
   for (const int id : aside) {
     History& history = contradicted_[id];
     history.AddWrong();
@@ -123,12 +123,19 @@ void DoubledTags::LeaveOut(int id, int frames) {
   left_out_.insert(id);
 }
 
-void DoubledTags::TakeOut(std::vector<TagDetection>* tags) const {
-  if (!any()) return;
+namespace {
+
+void Erase(const std::set<int>& ids, std::vector<TagDetection>* tags) {
+  if (ids.empty()) return;
   tags->erase(std::remove_if(tags->begin(), tags->end(),
-                             [&](const TagDetection& tag) { return IsLeftOut(tag.id); }),
+                             [&](const TagDetection& tag) { return ids.count(tag.id) > 0; }),
               tags->end());
 }
+
+}  // namespace
+
+void DoubledTags::TakeOut(std::vector<TagDetection>* tags) const { Erase(left_out_, tags); }
+void DoubledTags::TakeOutAside(std::vector<TagDetection>* tags) const { Erase(set_aside_, tags); }
 
 std::vector<std::string> DoubledTags::Warnings() const {
   std::vector<std::string> out;

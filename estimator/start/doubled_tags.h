@@ -16,8 +16,8 @@ namespace tagtwist::internal {
 /// elsewhere than the tags beside it say, at one place, in five frames, each within ninety of the
 /// one before. A lone one of the two may be either, and would put the body surely elsewhere: none
 /// is used any more. Phantoms that have a tag's id now and then take nothing from that tag. Nor is
-/// one used that two others or more have contradicted in nine of ten frames, sixty at least: it
-/// was moved, if by less than its size, and alone it would be believed.
+/// one used that two others or more have contradicted in nine of ten frames since the first, sixty
+/// at least: it was moved, if by less than its size, and alone it would be believed.
 class DoubledTags {
  public:
   /// The next frame. True where it told of an id that is left out from now on.
@@ -37,11 +37,13 @@ class DoubledTags {
   /// Whether tags have ever agreed with one another.
   bool any_agreed() const { return !agreed_.empty(); }
   bool IsLeftOut(int id) const { return left_out_.count(id) + set_aside_.count(id) > 0; }
-  bool any() const { return !left_out_.empty() || !set_aside_.empty(); }
+  bool any() const { return !left_out_.empty(); }
   /// Leaves that one out, which was wrong in so many frames.
   void LeaveOut(int id, int frames);
-  /// Takes them out of a frame's tags.
+  /// Takes them out of a frame's tags; those that others contradict apart, of which an audit may
+  /// still tell by how much.
   void TakeOut(std::vector<TagDetection>* tags) const;
+  void TakeOutAside(std::vector<TagDetection>* tags) const;
   /// One line each.
   std::vector<std::string> Warnings() const;
   /// Of those that others contradict: by how much is the audit's to say.

@@ -181,7 +181,7 @@ Numbered InTime(const Numbered& all) {
 std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns) {
   constexpr size_t kLeastStamps = 10;
   constexpr double kMostMisfit = 0.75;  // periods; half a burst's of those that come in bursts
-  constexpr double kAtTicks = 0.02;     // periods
+  constexpr double kAtTicks = 0.02, kSteady = 0.005;  // periods
   if (stamps_ns.size() < kLeastStamps) return std::nullopt;
   std::vector<double> stamps_s;
   stamps_s.reserve(stamps_ns.size());
@@ -194,12 +194,16 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
   if (at_a_time == 2) choices.push_back(Followed(stamps_s));  // else by the interval in a burst
   for (const std::vector<int64_t>& numbers : choices) {
     if (!MostFollow(numbers)) continue;
-    const Numbered used = InTime({stamps_s, numbers});
-    const Line line = FitLine(used.stamps_s, used.numbers);
+    const Line plain = FitLine(stamps_s, numbers);
+    // Where all are at the ticks none can be late.
+    const bool is_steady = MisfitOf(stamps_s, numbers, plain).rms < kSteady;
+    const Numbered late_ones_out = is_steady ? Numbered() : InTime({stamps_s, numbers});
+    const std::vector<int64_t>& used = is_steady ? numbers : late_ones_out.numbers;
+    const Line line = is_steady ? plain : FitLine(late_ones_out.stamps_s, used);
     const Misfit misfit = MisfitOf(stamps_s, numbers, line),
-                 in_time = MisfitOf(used.stamps_s, used.numbers, line);
+                 in_time = is_steady ? misfit : MisfitOf(late_ones_out.stamps_s, used, line);
     if (!(in_time.largest < kMostMisfit * (at_a_time - 1))) continue;
-    const bool is_evident = used.numbers.size() < numbers.size() && in_time.rms < kAtTicks;
+    const bool is_evident = used.size() < numbers.size() && in_time.rms < kAtTicks;
     const bool is_as_evident = best && (best->is_evident || !is_evident);
     if (is_as_evident &&
         (best->is_evident != is_evident || best->rms_s <= misfit.rms * line.period_s)) {
@@ -209,7 +213,7 @@ std::optional<SteadyClock> FitSteadyClock(const std::vector<int64_t>& stamps_ns)
     best->period_s = line.period_s;
     best->rms_s = misfit.rms * line.period_s;
     best->is_evident = is_evident;
-    best->sigma_s = TickSigmas(numbers, used.numbers, in_time.rms * line.period_s);
+    best->sigma_s = TickSigmas(numbers, used, in_time.rms * line.period_s);
     best->t_ns.reserve(numbers.size());
     for (const int64_t number : numbers) {
       const double t_s = line.first_s + line.period_s * static_cast<double>(number);

@@ -76,8 +76,9 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
   return out;
 }
 
-// Without those that can be none, and wider where they scatter.
+// Without those that can be none or that others contradict, and wider where they scatter.
 void FixedLagSmoother::JudgeByShape(std::vector<TagDetection>* tags) {
+  doubled_.TakeOutAside(tags);
   gate_.TakeRefused(tags, &misfits_px_);
   if (!IsJudgedByShape(setup_, *tags)) misfits_px_.clear();
   scatter_.Widen(scatter_.Add(misfits_px_), misfits_px_, tags);

@@ -44,24 +44,24 @@ FrameMeasurements Frame(const std::vector<int>& ids, const std::vector<int>& dou
 TEST(DoubledTags, ATagThatIsAlwaysContradictedIsSetAsideUntilTheSolutionBeginsAnew) {
   DoubledTags always, now_and_then, by_one;
   for (int i = 0; i < 60; ++i) {
-    EXPECT_FALSE(always.any());
+    EXPECT_FALSE(always.IsLeftOut(1));
     always.AddSolved({2, 3}, {}, {1});
     now_and_then.AddSolved(i % 5 == 0 ? std::vector<int>{1, 2, 3} : std::vector<int>{2, 3}, {},
                            i % 5 == 0 ? std::vector<int>{} : std::vector<int>{1});
     by_one.AddSolved({2}, {}, {1});
   }
-  EXPECT_FALSE(now_and_then.any());
-  EXPECT_FALSE(by_one.any());
+  EXPECT_FALSE(now_and_then.IsLeftOut(1));
+  EXPECT_FALSE(by_one.IsLeftOut(1));
   EXPECT_TRUE(always.IsLeftOut(1));
   std::vector<TagDetection> tags = Frame({1, 2}).tags;
-  always.TakeOut(&tags);
+  always.TakeOutAside(&tags);
   ASSERT_EQ(tags.size(), 1U);
   EXPECT_EQ(tags[0].id, 2);
   ASSERT_EQ(always.AsideWarnings().size(), 1U);
   EXPECT_THAT(always.AsideWarnings()[0],
               HasSubstr("tag 1 was contradicted by those beside it in 60 frames of 60"));
   always.StartAnew();
-  EXPECT_FALSE(always.any());
+  EXPECT_FALSE(always.IsLeftOut(1));
 }
 
 TEST(DoubledTags, ARuleIsLeftOutAndToldAnAccidentIsNot) {
