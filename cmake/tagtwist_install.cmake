@@ -85,7 +85,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 # The libraries are static: who links them needs all that they stand on.
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libeigen3-dev, libceres-dev, libopencv-dev, libpng-dev, libapriltag-dev, libmatio-dev, libhdf5-dev, zlib1g-dev, libtinyxml2-dev, libyaml-cpp-dev, nlohmann-json3-dev, libavformat-dev, libavcodec-dev, libavutil-dev, libsqlite3-dev, libfastcdr-dev, liblz4-dev, libzstd-dev, libssl-dev, pkg-config")
+  "libeigen3-dev, libceres-dev, libopencv-dev, libpng-dev, libapriltag-dev, libmatio-dev, libhdf5-dev, zlib1g-dev, libtinyxml2-dev, libyaml-cpp-dev, nlohmann-json3-dev, libavformat-dev, libavcodec-dev, libavutil-dev, libsqlite3-dev, libfastcdr-dev, liblz4-dev, libzstd-dev, nettle-dev, pkg-config")
 if(TAGTWIST_ROSBAG_LIBRARIES)
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", librosbag-storage-dev")
 endif()

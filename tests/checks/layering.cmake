@@ -7,7 +7,7 @@ get_filename_component(ROOT "${ROOT}" ABSOLUTE)
 # room | rooms that it may use, and all that those may use | libraries beside the standard one and Eigen
 # A file belongs to the room with the longest name that leads to it.
 set(table
-  "frontend/base        |                                           | openssl"
+  "frontend/base        |                                           | nettle"
   "frontend/types       | frontend/base                             | apriltag"
   "frontend/geometry    | frontend/types                            |"
   "frontend/pattern     | frontend/geometry                         | opencv2"

@@ -1,8 +1,9 @@
 // A library to preload: the n-th call of one kind fails, or ends the process before or after it.
 // TAGTWIST_FAULT="rename:3", "write:1", "fsync:2", "read:5", "malloc:900"; "rename:3:kill" ends the
-// process in the place of the third rename. With "write:0" none fails, and at the end the file that
-// TAGTWIST_FAULT_COUNT names gets how many there were. Counted is from the beginning of main to its
-// end: what libraries do before is not a program's to answer for.
+// process in the place of the third rename, after "rename:3:malloc" the next malloc fails. With
+// "write:0" none fails, and at the end the file that TAGTWIST_FAULT_COUNT names gets how many there
+// were. Counted is from the beginning of main to its end: what libraries do before is not a
+// program's to answer for.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/syscall.h>
@@ -33,6 +34,8 @@ int CountedMain(int argc, char** argv, char** environment) {
   return status;
 }
 
+std::atomic<bool> next_malloc_fails{false};
+
 // True when this call of the kind is the one to fail. Uses nothing that allocates.
 bool IsNext(const char* kind, std::atomic<long>* count) {
   const char* const fault = std::getenv("TAGTWIST_FAULT");
@@ -43,7 +46,8 @@ bool IsNext(const char* kind, std::atomic<long>* count) {
   const long wanted = std::strtol(fault + length + 1, &end, 10);
   if (++*count != wanted) return false;
   if (std::strcmp(end, ":kill") == 0) ::kill(::getpid(), SIGKILL);
-  return true;
+  next_malloc_fails = std::strcmp(end, ":malloc") == 0;
+  return !next_malloc_fails;
 }
 
 std::atomic<long> writes{0}, reads{0}, renames{0}, syncs{0}, mallocs{0};
@@ -143,7 +147,7 @@ int fsync(int descriptor) {
 }
 
 void* malloc(size_t size) noexcept {
-  if (IsNext("malloc", &mallocs)) {
+  if (next_malloc_fails.exchange(false) || IsNext("malloc", &mallocs)) {
     errno = ENOMEM;
     return nullptr;
   }

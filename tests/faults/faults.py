@@ -7,7 +7,7 @@ each mode, the results are the older ones or the new ones, whole; exit status 0 
 comes with one line on standard error; nothing hidden is left. `every` takes every n (of malloc 2000: the first 1000 and a
 spread of the others), a number so many n of each kind, the first ones and a spread of the others. KIND kill: SIGKILL at
 as many moments (every: 200), spread at random; kill_rename: at each rename. Then the next run tells what it finds, and
-the results are the older ones or the new ones, whole.
+the results are the older ones or the new ones, whole. malloc_rename: after each rename the next malloc fails.
 """
 import os
 import random
@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 
-KINDS = ('write', 'rename', 'fsync', 'read', 'malloc', 'kill', 'kill_rename')
+KINDS = ('write', 'rename', 'fsync', 'read', 'malloc', 'malloc_rename', 'kill', 'kill_rename')
 TIMED = ('summary.json', 'report.html')  # two runs differ in their times
 COURSE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'configs', 'course.yaml')
 
@@ -170,14 +170,15 @@ class Faults:
                                  for i in range(wanted - len(first)))}) if first else [max(1, total // 2)]
 
     def fail_each(self, mode, kind, sample):
-        total, done, told, faults = self.count(mode, kind), 0, 0, []
-        for n in self.numbers(total, sample, kind):
+        counted, after = ('rename', ':malloc') if kind == 'malloc_rename' else (kind, '')
+        total, done, told, faults = self.count(mode, counted), 0, 0, []
+        for n in self.numbers(total, sample, counted):
             self.clear()
             self.restore()
-            status, err = self.run(mode.arguments, LD_PRELOAD=self.preload, TAGTWIST_FAULT=f'{kind}:{n}')
+            status, err = self.run(mode.arguments, LD_PRELOAD=self.preload, TAGTWIST_FAULT=f'{counted}:{n}{after}')
             done, told = done + 1, told + (status == 1)
             # libmatio does not look whether it got memory (SECURITY.md): that is as if it were killed.
-            killed = mode.by_matio and kind == 'malloc' and status in (-signal.SIGSEGV, -signal.SIGABRT)
+            killed = mode.by_matio and kind.startswith('malloc') and status in (-signal.SIGSEGV, -signal.SIGABRT)
             fault = self.fault_of(mode, status, err) if not killed else ''
             if killed and (which := self.set_after_kill(mode)) != 'older':
                 fault = f'exit status {status}, then {which}'

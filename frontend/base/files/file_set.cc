@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
 #include "frontend/base/files/atomic_file.h"
-#include "frontend/base/files/file_set_commit.h"
 #include "frontend/base/files/input_file.h"
 #include "frontend/base/files/made_folders.h"
 
@@ -38,14 +38,12 @@ std::string WithoutTrailingSlash(const std::string& folder) {
   return path.empty() ? "." : path.string();
 }
 
-// A rename that can be taken back.
-struct Move {
-  fs::path from, to;
-};
-
-void Undo(const std::vector<Move>& moves) {
-  std::error_code ignored;
-  for (auto it = moves.rbegin(); it != moves.rend(); ++it) fs::rename(it->to, it->from, ignored);
+// What a set that is in its place leaves in its hidden folder.
+std::vector<std::string> WasteIn(const fs::path& hidden, const std::vector<std::string>& replaced) {
+  std::vector<std::string> out = {(hidden / kPlan).string()};
+  for (const std::string& name : replaced) out.push_back((hidden / kReplaced / name).string());
+  out.push_back((hidden / kReplaced).string());
+  return out;
 }
 
 // Puts in place what an ended process had begun to. Told where something could not be.
@@ -247,48 +245,48 @@ Status FileSet::CommitIntoFolder(const std::vector<std::string>& obsolete) {
   }
   FlushToDisk(partial_.path());
   const std::string commit = (fs::path(folder_) / kCommit).string();
-  const std::string own = partial_.path();
+  const std::vector<FileMove> moves = MovesOf(commit, *leaving);
+  std::string own = partial_.path();
+  const std::vector<std::string> waste = WasteIn(own, *leaving);
   for (int failure = EEXIST; failure != 0;) {
     if (const auto other = FinishOther(folder_); !other) return other.error();
-    failure = partial_.Rename(commit);
+    failure = partial_.Rename(commit);  // from here on none of it may end half done
     if (failure != 0 && failure != EEXIST && failure != ENOTEMPTY) {
       return CannotWrite(folder_, std::generic_category().message(failure));
     }
   }
+  size_t failed = 0;
   FlushToDisk(folder_);
-  const auto moved = MoveAll(*leaving);
+  const int failure = MoveAll(moves, &failed);
   FlushToDisk(folder_);
   // It does not count any more before it goes, file by file.
-  partial_.Rename(own);
-  committed_ = static_cast<bool>(moved);
-  return moved;
+  partial_.Rename(std::move(own));
+  committed_ = failure == 0;
+  if (committed_) {
+    for (const std::string& path : waste) std::remove(path.c_str());
+    return Ok();
+  }
+  const fs::path place = fs::path(folder_) / fs::path(moves[failed].to).filename();
+  return CannotWrite(place.string(), std::generic_category().message(failure));
 }
 
-Status FileSet::MoveAll(const std::vector<std::string>& leaving) const {
-  const fs::path commit = partial_.path();
-  std::vector<Move> planned, done;
-  const auto leaves = [&](const std::string& name) {
-    return std::find(leaving.begin(), leaving.end(), name) != leaving.end();
+std::vector<FileMove> FileSet::MovesOf(const std::string& commit,
+                                       const std::vector<std::string>& leaving) const {
+  std::vector<FileMove> out;
+  const auto in = [](const std::string& folder, const std::string& name) {
+    return (fs::path(folder) / name).string();
   };
+  const std::string replaced = in(commit, kReplaced);
   for (const std::string& name : names_) {
-    const fs::path target = fs::path(folder_) / name;
-    if (leaves(name)) planned.push_back({target, commit / kReplaced / name});
-    planned.push_back({commit / name, target});
+    const bool leaves = std::find(leaving.begin(), leaving.end(), name) != leaving.end();
+    if (leaves) out.push_back({in(folder_, name), in(replaced, name)});
+    out.push_back({in(commit, name), in(folder_, name)});
   }
   for (const std::string& name : leaving) {
     const bool is_new = std::find(names_.begin(), names_.end(), name) != names_.end();
-    if (!is_new) planned.push_back({fs::path(folder_) / name, commit / kReplaced / name});
+    if (!is_new) out.push_back({in(folder_, name), in(replaced, name)});
   }
-  for (const Move& move : planned) {
-    std::error_code failure;
-    fs::rename(move.from, move.to, failure);
-    if (failure) {
-      Undo(done);
-      return CannotWrite((fs::path(folder_) / move.to.filename()).string(), failure);
-    }
-    done.push_back(move);
-  }
-  return Ok();
+  return out;
 }
 
 }  // namespace tagtwist::internal

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "frontend/base/files/file_set_commit.h"
 #include "frontend/base/files/growing_file.h"
 #include "frontend/base/files/partial.h"
 #include "frontend/base/result.h"
@@ -28,7 +29,9 @@ bool IsFileSetWhole(const std::string& folder);
 /// the same name are replaced, other content of the folder is left alone. A Commit() into a folder
 /// that was there already is one rename, of the set to a name that says that it counts; the renames
 /// of its files follow. Where they are cut short RecoverFileSet finishes them, and so does the next
-/// Commit(); one that fails undoes those before it.
+/// Commit(); one that fails undoes those before it. From the first of these renames to the last
+/// no memory is asked for, nor to put away what they replaced: where it ends, it ends before them
+/// or after them.
 class FileSet {
  public:
   /// Makes the neighbour; the folder's missing parents are made, too.
@@ -50,7 +53,8 @@ class FileSet {
   Status CommitIntoFolder(const std::vector<std::string>& obsolete);
   Status ToldByItsPlace(const std::string& name, const Status& written) const;
   Result<std::vector<std::string>> Leaving(const std::vector<std::string>& obsolete) const;
-  Status MoveAll(const std::vector<std::string>& leaving) const;
+  std::vector<FileMove> MovesOf(const std::string& commit,
+                                const std::vector<std::string>& leaving) const;
 
   std::string folder_;
   bool folder_existed_ = false;

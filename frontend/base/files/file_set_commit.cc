@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <sstream>
 
 namespace tagtwist::internal {
@@ -35,6 +36,17 @@ CommitLock::~CommitLock() {
 }
 
 bool CommitLock::Take() const { return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0; }
+
+int MoveAll(const std::vector<FileMove>& moves, size_t* failed) noexcept {
+  for (size_t i = 0; i < moves.size(); ++i) {
+    if (std::rename(moves[i].from.c_str(), moves[i].to.c_str()) == 0) continue;
+    const int failure = errno;
+    for (size_t k = i; k-- > 0;) std::rename(moves[k].to.c_str(), moves[k].from.c_str());
+    *failed = i;
+    return failure;
+  }
+  return 0;
+}
 
 int FlushToDisk(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);

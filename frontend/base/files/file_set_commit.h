@@ -30,6 +30,15 @@ class CommitLock {
   int descriptor_;
 };
 
+/// A rename that can be taken back.
+struct FileMove {
+  std::string from, to;
+};
+
+/// 0, or the errno of the move that failed: those before it are taken back then. Asks for no
+/// memory.
+int MoveAll(const std::vector<FileMove>& moves, size_t* failed) noexcept;
+
 /// Puts a file or folder on the disk, as far as its file system can. 0 or errno.
 int FlushToDisk(const std::string& path);
 

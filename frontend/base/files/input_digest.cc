@@ -1,46 +1,46 @@
 #include "frontend/base/files/input_digest.h"
 
-#include <openssl/evp.h>
+#include <nettle/sha2.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <memory>
+#include <vector>
 
 namespace tagtwist {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct FreeDigest {
-  void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
-};
-
-std::string Hexadecimal(const std::array<unsigned char, EVP_MAX_MD_SIZE>& digest,
-                        unsigned int size) {
+std::string Hexadecimal(sha256_ctx* context) {
   constexpr const char* kDigits = "0123456789abcdef";
+  std::array<uint8_t, SHA256_DIGEST_SIZE> digest{};
+  sha256_digest(context, digest.size(), digest.data());
   std::string out;
-  for (unsigned int i = 0; i < size; ++i) {
-    out += kDigits[digest[i] >> 4U];
-    out += kDigits[digest[i] & 15U];
+  for (const uint8_t byte : digest) {
+    out += kDigits[byte >> 4U];
+    out += kDigits[byte & 15U];
   }
   return out;
 }
 
+void Update(const char* data, size_t size, sha256_ctx* context) {
+  sha256_update(context, size, reinterpret_cast<const uint8_t*>(data));
+}
+
 std::string Sha256(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  const std::unique_ptr<EVP_MD_CTX, FreeDigest> context(EVP_MD_CTX_new());
-  if (!in || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) return "";
+  if (!in) return "";
+  sha256_ctx context{};
+  sha256_init(&context);
   std::vector<char> block(1U << 16U);
   while (in) {
     in.read(block.data(), static_cast<std::streamsize>(block.size()));
-    EVP_DigestUpdate(context.get(), block.data(), static_cast<size_t>(in.gcount()));
+    Update(block.data(), static_cast<size_t>(in.gcount()), &context);
   }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &size);
-  return Hexadecimal(digest, size);
+  return Hexadecimal(&context);
 }
 
 bool IsTable(const fs::path& path) {
@@ -51,10 +51,10 @@ bool IsTable(const fs::path& path) {
 }  // namespace
 
 std::string DigestText(const std::string& text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr);
-  return Hexadecimal(digest, size);
+  sha256_ctx context{};
+  sha256_init(&context);
+  Update(text.data(), text.size(), &context);
+  return Hexadecimal(&context);
 }
 
 std::vector<InputFile> DigestInput(const std::string& flag, const std::string& path) {

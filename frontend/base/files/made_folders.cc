@@ -16,9 +16,8 @@ std::vector<std::string> MissingFolders(const std::string& folder) {
 }
 
 void RemoveFolders(const std::vector<std::string>& outermost_first) {
-  std::error_code ignored;
   for (auto it = outermost_first.rbegin(); it != outermost_first.rend(); ++it) {
-    fs::remove(*it, ignored);  // only while they are empty
+    ::rmdir(it->c_str());  // only while they are empty
   }
 }
 

@@ -15,7 +15,7 @@ std::vector<std::string> MissingFolders(const std::string& folder);
 /// Makes the folders; those that were made are gone again after an error.
 Status MakeFolders(const std::vector<std::string>& outermost_first);
 
-/// Removes them as far as they are empty.
+/// Removes them as far as they are empty. Asks for no memory.
 void RemoveFolders(const std::vector<std::string>& outermost_first);
 
 /// A run that begins beside this one makes folders that both need, and takes them away again when

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <new>
@@ -110,27 +111,27 @@ Partial& Partial::operator=(Partial&& other) noexcept {
 
 Partial::~Partial() { Remove(); }
 
-// A file goes without memory, of which there may be none.
+// A file and an empty folder go without memory, of which there may be none.
 void Partial::Remove() {
   try {
     std::error_code ignored;
-    if (!path_.empty() && ::unlink(path_.c_str()) != 0) fs::remove_all(path_, ignored);
+    if (!path_.empty() && std::remove(path_.c_str()) != 0) fs::remove_all(path_, ignored);
   } catch (const std::bad_alloc&) {
     // The next run removes it.
   }
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-int Partial::Rename(const std::string& path) {
+int Partial::Rename(std::string path) {
   if (::rename(path_.c_str(), path.c_str()) != 0) return errno;
-  path_ = path;
+  path_ = std::move(path);
   return 0;
 }
 
 int Partial::PutAt(const std::string& path) {
-  const int failure = Rename(path);
-  if (failure == 0) path_.clear();
-  return failure;
+  if (::rename(path_.c_str(), path.c_str()) != 0) return errno;
+  path_.clear();
+  return 0;
 }
 
 std::vector<std::string> RemoveLeftovers(const std::string& path) {

@@ -23,10 +23,10 @@ class Partial {
 
   const std::string& path() const { return path_; }  // the hidden name
   int descriptor() const { return descriptor_; }     // open for writing where it is a file
-  /// Puts it in its place, where it stays. 0 or errno.
+  /// Puts it in its place, where it stays. 0 or errno. This and the next ask for no memory.
   int PutAt(const std::string& path);
   /// Gives it another name, under which it still goes with this object. 0 or errno.
-  int Rename(const std::string& path);
+  int Rename(std::string path);
 
  private:
   Partial(std::string path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
