@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "estimator/graph/pose_bound.h"
+#include "estimator/motion/motion_profile.h"
+#include "estimator/motion/open_intervals.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/prior_power.h"
 #include "estimator/systematic/systematic_errors.h"
@@ -60,7 +62,7 @@ std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance
   return out;
 }
 
-std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup,
+std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
                                               const Solution& solution) {
   std::vector<StateCovariance> out;
   if (MotionIsLearned(setup.options)) {
@@ -68,7 +70,10 @@ std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup,
     const double power = prior.statistic.Power();
     out = WithPriorPower(power, std::move(prior));
   }
-  return out.empty() ? BodyCovariances(solution.covariance) : out;
+  if (out.empty()) out = BodyCovariances(solution.covariance);
+  AddOpenMotion({solution.graph.states, solution.covariance, noise}, LearnedParts(setup.options),
+                setup.for_ranges, &out);
+  return out;
 }
 
 Trajectory MakeTrajectory(const std::vector<GraphState>& states, BlockBandedMatrix covariance,

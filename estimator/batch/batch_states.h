@@ -37,9 +37,9 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 /// Those of a covariance as it is.
 std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance);
 
-/// Covariances of all states of a solution, scaled by the prior's power where the prior's densities
-/// are learned.
-std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup,
+/// Covariances of all states of a solution; where the prior's densities are learned, scaled by its
+/// power, and with what is open of the motion's liveliness.
+std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
                                               const Solution& solution);
 
 /// These states with their covariances. Takes the covariance's place: of long recordings both would

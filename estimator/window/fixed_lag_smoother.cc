@@ -70,8 +70,7 @@ Result<WindowOutput> FixedLagSmoother::Add(const FrameMeasurements& given, const
     out.reprojection_px = ReprojectionErrors(setup_, hypotheses_[0].input.frames.back());
   }
   if (newest + 1 == setup_.options.window_frames) {
-    Tell(0, &out.lagged);
-    LetTheOldestLeave();
+    LetTheOldestLeave(&out.lagged);
   }
   return out;
 }
@@ -142,7 +141,9 @@ void FixedLagSmoother::CompareWithMirroredPoses() {
   mirror_is_open_ = cost < kDecidedCost;
 }
 
-void FixedLagSmoother::LetTheOldestLeave() {
+void FixedLagSmoother::LetTheOldestLeave(std::vector<FrameEstimate>* lagged) {
+  LookForOpenMotion(/*at_all=*/false);
+  Tell(0, lagged);
   LearnFromLeavingState();
   if (mirror_is_open_) {
     const auto mirror = MirrorOf(setup_, noise_, hypotheses_.front().input.frames.front());
@@ -164,6 +165,7 @@ void FixedLagSmoother::Forget(size_t n_frames) {
   seen_.erase(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(n_frames));
   first_frame_ += static_cast<int>(n_frames);
   segmenter_.DropBefore(first_frame_);
+  open_motion_.Forget(static_cast<int>(n_frames));
 }
 
 std::vector<std::string> FixedLagSmoother::Warnings() const {

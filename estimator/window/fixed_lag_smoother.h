@@ -7,6 +7,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/graph/trajectory.h"
+#include "estimator/motion/open_intervals.h"
 #include "estimator/motion/repeated_images.h"
 #include "estimator/motion/tags_alone.h"
 #include "estimator/result/estimate.h"
@@ -106,6 +107,7 @@ class FixedLagSmoother {
   void LetMotionVary(WindowHypothesis* hypothesis) const;
   StateVector ExcessVariances(const WindowHypothesis& hypothesis) const;
   StateCovariance OpenAtArrival(const Block& covariance) const;
+  void LookForOpenMotion(bool at_all);
   SolveOptions StepOptions(const TimeUp& time_up = {}) const;
   Status SolveAll(const TimeUp& time_up);
   void JudgeByShape(std::vector<TagDetection>* tags);
@@ -116,10 +118,10 @@ class FixedLagSmoother {
   bool IsMirrorOpen() const;
   double GapSeconds(const WindowHypothesis& hypothesis, int state) const;
   FrameEstimate EstimateOf(int state) const;
-  std::vector<FrameEstimate> EstimatesOfAll() const;
+  std::vector<FrameEstimate> EstimatesOfAll();
   NoiseStatistics StatisticsOfLeaving() const;
   void LearnFromLeavingState();
-  void LetTheOldestLeave();
+  void LetTheOldestLeave(std::vector<FrameEstimate>* lagged);
   void Forget(size_t n_frames);
 
   EstimatorSetup setup_;
@@ -145,7 +147,8 @@ class FixedLagSmoother {
   bool began_too_soon_ = false;               // the window, with the latest frame
   PredictionCheck prediction_check_;          // of the frames that left
   WindowPower power_;                         // of the frames that left
-  NoiseStatistics statistics_;                // of the frames that left, fading
+  OpenMotionOfWindow open_motion_;
+  NoiseStatistics statistics_;  // of the frames that left, fading
   bool has_learned_ = false;
   size_t restarts_ = 0;
   std::optional<int> alone_since_restart_;  // the id of the tag that told another place

@@ -80,6 +80,14 @@ void Follow(const EstimatorSetup& setup, const NoiseModel& noise, WindowHypothes
 
 }  // namespace
 
+int InSolution(const WindowHypothesis& hypothesis, int frame) {
+  const std::vector<GraphState>& states = hypothesis.solution.graph.states;
+  const int64_t t_ns = hypothesis.input.frames[static_cast<size_t>(frame)].t_ns;
+  const auto found = std::find_if(states.begin(), states.end(),
+                                  [t_ns](const GraphState& state) { return state.t_ns == t_ns; });
+  return static_cast<int>(found - states.begin());
+}
+
 void WindowHypothesis::TakePrior() {
   if (is_step && chain.Prior()) input.prior = chain.Prior();
   is_step = false;

@@ -28,6 +28,10 @@ struct WindowHypothesis {
   void TakePrior();
 };
 
+/// Where the last solution has a frame of the window: it may still hold a state that left, or,
+/// after a failure, one that was taken back.
+int InSolution(const WindowHypothesis& hypothesis, int frame);
+
 /// Solves, and takes over states and solution; unchanged on an error.
 Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                        const SolveOptions& options, WindowHypothesis* hypothesis);

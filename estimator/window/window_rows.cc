@@ -19,16 +19,6 @@ constexpr double kOpenRad = 0.0873;
 // What is faster is a contradiction among tags or stamps, and no body's state.
 constexpr double kFastestMps = 50;
 
-// Where the last solution has a frame of the window: it may still hold a state that left, or, after
-// a failure, one that was taken back.
-int InSolution(const WindowHypothesis& hypothesis, int frame) {
-  const std::vector<GraphState>& states = hypothesis.solution.graph.states;
-  const int64_t t_ns = hypothesis.input.frames[static_cast<size_t>(frame)].t_ns;
-  const auto found = std::find_if(states.begin(), states.end(),
-                                  [t_ns](const GraphState& state) { return state.t_ns == t_ns; });
-  return static_cast<int>(found - states.begin());
-}
-
 // A motion that nobody sees may become livelier: within some seconds it is expected to be what a
 // body's motion is before anything is known of it.
 MotionScale MotionInGap(const MotionScale& before, const NoiseModel& noise,
@@ -196,6 +186,8 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   if (state + 1 == static_cast<int>(seen_.size())) {  // how lively it is shows later
     const int last = InSolution(likeliest, state);
     out.covariance += OpenAtArrival(likeliest.solution.covariance.At(last, last));
+  } else {
+    out.covariance += open_motion_.Of(state);
   }
   const bool is_absurd = !(out.state.twist.v_world.norm() < kFastestMps);
   if (IsMirrorOpen() || seen_[k].is_doubted || is_absurd) out.status = FrameStatus::kNoFix;
@@ -211,7 +203,8 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   return out;
 }
 
-std::vector<FrameEstimate> FixedLagSmoother::EstimatesOfAll() const {
+std::vector<FrameEstimate> FixedLagSmoother::EstimatesOfAll() {
+  if (!hypotheses_.empty()) LookForOpenMotion(/*at_all=*/true);
   std::vector<FrameEstimate> out;
   for (size_t i = 0; i < seen_.size(); ++i) Tell(static_cast<int>(i), &out);
   return out;

@@ -184,6 +184,14 @@ StateCovariance FixedLagSmoother::OpenAtArrival(const Block& covariance) const {
   return OpenMotion(*before, arrived);
 }
 
+void FixedLagSmoother::LookForOpenMotion(bool at_all) {
+  const WindowHypothesis& likeliest = hypotheses_.front();
+  if (hypotheses_.size() > 1 || HasTracks(setup_, likeliest.input)) return;
+  const Solution& solution = likeliest.solution;
+  open_motion_.Look({solution.graph.states, solution.covariance, noise_}, InSolution(likeliest, 0),
+                    LearnedParts(setup_.options), at_all);
+}
+
 NoiseStatistics FixedLagSmoother::StatisticsOfLeaving() const {
   const WindowHypothesis& hypothesis = hypotheses_.front();
   const Solution& solution = hypothesis.solution;

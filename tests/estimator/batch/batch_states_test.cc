@@ -4,6 +4,7 @@
 
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/linear_system.h"
+#include "estimator/motion/open_intervals.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/prior_power.h"
@@ -37,8 +38,11 @@ void ExpectTheSame(const Graph& graph, const Graph& before) {
 TEST(StateCovariances, AreScaledByThePowerThatTheGraphShows) {
   TakeOff flight;
   const PriorPower prior = FindPriorPower(flight.solution.graph);
-  const auto found = StateCovariances(flight.draw.setup, flight.solution);
-  EXPECT_EQ(found, WithPriorPower(prior.statistic.Power(), prior));
+  const auto found = StateCovariances(flight.draw.setup, flight.noise, flight.solution);
+  auto expected = WithPriorPower(prior.statistic.Power(), prior);
+  AddOpenMotion({flight.solution.graph.states, flight.solution.covariance, flight.noise},
+                {true, true}, InOneRange, &expected);
+  EXPECT_EQ(found, expected);
 }
 
 TEST(UnevenMotion, ASecondSolutionThatIsNoBetterLeavesTheFirst) {

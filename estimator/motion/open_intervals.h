@@ -1,0 +1,68 @@
+#pragma once
+#include <limits>
+#include <vector>
+
+#include "estimator/graph/graph_state.h"
+#include "estimator/graph/noise_model.h"
+#include "estimator/linear/block_banded.h"
+#include "estimator/motion/motion_profile.h"
+#include "frontend/base/for_ranges.h"
+#include "frontend/types/body_state.h"
+
+namespace tagtwist::internal {
+
+/// States that the motion ties one to the next, as they were solved.
+struct SolvedChain {
+  const std::vector<GraphState>& states;
+  const BlockBandedMatrix& covariance;  // H^-1 of states and neighbours
+  const NoiseModel& noise;
+};
+
+/// What a chain leaves open of one part of the motion over one of its intervals.
+struct OpenInterval {
+  /// Logarithm of how likely livelier densities are together, against the chain's own.
+  double log_weight = -std::numeric_limits<double>::infinity();
+  int first_state = 0;
+  /// From that state on: what the covariance about the chain's state has more if the interval was
+  /// livelier. None where that is as good as excluded.
+  std::vector<StateCovariance> spreads;
+};
+
+/// How lively the linear or the angular motion may have been from `state` to the next, all else
+/// being as the chain has it: its density against some decades more. With s times the density the
+/// interval's whitened residual r has the further part z ~ N(0, (s - 1) I); what is known of r
+/// without the interval's prior has the covariance M^-1, M = I - J P J'. So, with
+/// G = (I + (s - 1) M)^-1,
+///
+///   log L_s = (s - 1) r'G r / 2 + log det(G) / 2,   E[z] = (s - 1) G r,   Cov[z] = (s - 1) G,
+///
+/// of z a state gets P J'z, and s has the probability with which a bank's motion switches.
+OpenInterval OpenAfter(int state, bool is_linear, const SolvedChain& chain);
+
+/// What such intervals say of a state together: one of those that reach it is livelier, or none.
+StateCovariance SpreadOf(int state, const std::vector<OpenInterval>& intervals);
+
+/// Adds to the covariances of all states of a chain what they lack because it is open how lively
+/// the motion was over each interval, of the parts of which that was learned. Nothing where tracks
+/// tie states that are no neighbours.
+void AddOpenMotion(const SolvedChain& chain, const MotionParts& learned,
+                   const ForRanges& for_ranges, std::vector<StateCovariance>* covariances);
+
+/// The same for a window that frames come into and leave: each interval is looked at once, when
+/// enough has come after it, and remembered for as long as a state that it reaches is there.
+class OpenMotionOfWindow {
+ public:
+  /// At the intervals near the window's oldest state, or at all of them. `oldest`: the chain's
+  /// state that it is.
+  void Look(const SolvedChain& chain, int oldest, const MotionParts& learned, bool at_all);
+  /// What the covariance of a state of the window lacks, by the intervals looked at.
+  StateCovariance Of(int state) const;
+  /// The oldest states have left.
+  void Forget(int n_states);
+
+ private:
+  std::vector<OpenInterval> linear_, angular_;
+  int next_ = 0;  // the interval to be looked at
+};
+
+}  // namespace tagtwist::internal
