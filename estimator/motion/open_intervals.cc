@@ -87,15 +87,16 @@ Block Gain(const Block& between, const Block& own) {
   return own.ldlt().solve(between.transpose()).transpose();
 }
 
-// The states around an interval, and what each gets of what the states at its ends do.
+// The states around an interval, and what each gets of what the states at its ends do. E[z z'] by
+// its root: where a state is well known much of z cancels there, and rounding would leave less than
+// none.
 template <int kRows>
 void Reach(int state, const BlockBandedMatrix& covariance, const Residual<kRows>& interval,
-           const typename Residual<kRows>::Square& second, OpenInterval* out) {
+           const typename Residual<kRows>::Square& root, OpenInterval* out) {
   using Response = Eigen::Matrix<double, kBlockSize, kRows>;
   const auto spread = [&](const Response& response) -> StateCovariance {
-    const auto of_body = response.template topRows<12>();
-    const StateCovariance whole = of_body * second * of_body.transpose();
-    return 0.5 * (whole + whole.transpose());
+    const Eigen::Matrix<double, 12, kRows> of_body = response.template topRows<12>() * root;
+    return of_body * of_body.transpose();
   };
   Response response = interval.p_j.template topRows<kBlockSize>();
   out->spreads = {spread(response)};
@@ -134,8 +135,10 @@ OpenInterval OpenPart(int state, bool is_linear, const SolvedChain& chain, doubl
         weight * (more * llt.solve(Residual<kRows>::Square::Identity()) + mean * mean.transpose());
     sum += weight;
   }
+  const Eigen::LLT<typename Residual<kRows>::Square> llt(second / sum);
+  if (llt.info() != Eigen::Success) return out;
   out.log_weight = most + std::log(sum);
-  Reach<kRows>(state, chain.covariance, interval, second / sum, &out);
+  Reach<kRows>(state, chain.covariance, interval, llt.matrixL(), &out);
   return out;
 }
 
@@ -202,6 +205,21 @@ void AddOpenMotion(const SolvedChain& chain, const MotionParts& learned,
     if (learned.angular) add(false, static_cast<int>(first), static_cast<int>(last));
     if (learned.linear) add(true, static_cast<int>(first), static_cast<int>(last));
   });
+}
+
+StateCovariance OpenBeforeTheLast(const SolvedChain& chain, const MotionParts& learned) {
+  const int last = chain.covariance.size() - 1;
+  StateCovariance out = StateCovariance::Zero();
+  if (chain.covariance.bandwidth() != 1) return out;
+  for (const bool is_linear : {false, true}) {
+    if (!(is_linear ? learned.linear : learned.angular)) continue;
+    std::vector<OpenInterval> near;
+    for (int k = std::max(last - kReach, 0); k < last - 1; ++k) {
+      near.push_back(OpenAfter(k, is_linear, chain));
+    }
+    out += SpreadOf(last, near);
+  }
+  return out;
 }
 
 void OpenMotionOfWindow::Look(const SolvedChain& chain, int oldest, const MotionParts& learned,

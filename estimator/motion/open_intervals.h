@@ -48,6 +48,10 @@ StateCovariance SpreadOf(int state, const std::vector<OpenInterval>& intervals);
 void AddOpenMotion(const SolvedChain& chain, const MotionParts& learned,
                    const ForRanges& for_ranges, std::vector<StateCovariance>* covariances);
 
+/// The same of a chain's last state alone, by the intervals before the last one: of that OpenMotion
+/// knows more, of which nothing but the last state's frame tells.
+StateCovariance OpenBeforeTheLast(const SolvedChain& chain, const MotionParts& learned);
+
 /// The same for a window that frames come into and leave: each interval is looked at once, when
 /// enough has come after it, and remembered for as long as a state that it reaches is there.
 class OpenMotionOfWindow {

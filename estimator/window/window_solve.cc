@@ -181,7 +181,10 @@ StateCovariance FixedLagSmoother::OpenAtArrival(const Block& covariance) const {
   };
   if (learned.linear) arrived.linear = prior(noise_.linear, frame.motion.linear);
   if (learned.angular) arrived.angular = prior(noise_.angular, frame.motion.angular);
-  return OpenMotion(*before, arrived);
+  const Solution& solution = likeliest.solution;
+  const StateCovariance last = OpenMotion(*before, arrived);
+  if (hypotheses_.size() > 1) return last;
+  return last + OpenBeforeTheLast({solution.graph.states, solution.covariance, noise_}, learned);
 }
 
 void FixedLagSmoother::LookForOpenMotion(bool at_all) {

@@ -186,6 +186,20 @@ TEST_P(OpenIntervals, AWindowRemembersWhatLeft) {
   EXPECT_EQ(window.Of(0).norm(), 0) << "all have left";
 }
 
+// Of the last state as of any other, but for its own interval.
+TEST_P(OpenIntervals, TheLastStateHasWhatTheIntervalsBeforeItsOwnLeaveOpen) {
+  const NoiseModel noise = Noise(GetParam());
+  const Chain whole = ChainOf(Solve(Measured(JumpMps()), noise, -1, 1));
+  const SolvedChain of_chain{whole.states, whole.covariance, noise};
+  StateCovariance expected = StateCovariance::Zero();
+  for (const bool is_linear : {false, true}) {
+    expected += SpreadOf(kStates - 1, {OpenAfter(kStates - 4, is_linear, of_chain),
+                                       OpenAfter(kStates - 3, is_linear, of_chain)});
+  }
+  EXPECT_GT(expected.norm(), 0);
+  EXPECT_EQ(OpenBeforeTheLast(of_chain, {true, true}), expected);
+}
+
 // Ranges that are done at the same time need nothing of one another.
 TEST_P(OpenIntervals, RangesDoNotShow) {
   const NoiseModel noise = Noise(GetParam());
