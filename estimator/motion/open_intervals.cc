@@ -1,6 +1,7 @@
 #include "estimator/motion/open_intervals.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,13 +17,13 @@ constexpr int kDecades = 10;    // above the chain's density
 constexpr double kNone = -9;    // logarithm of a weight that is as good as none
 constexpr double kBeyond = 12;  // below the likeliest density: livelier ones are as good as none
 
-// A part of the motion over an interval: whitened residual, and what is known of it.
+// A part of the motion over an interval along axes of its whitened residual that are independent.
 template <int kRows>
 struct Residual {
   using Column = Eigen::Matrix<double, kRows, 1>;
   using Square = Eigen::Matrix<double, kRows, kRows>;
-  Column r;
-  Square m;                              // I - J P J'
+  Column r;                              // along the axes
+  Eigen::Array<double, kRows, 1> m;      // I - J P J', which is diagonal there
   Eigen::Matrix<double, 36, kRows> p_j;  // P J' of both states
 };
 
@@ -48,34 +49,27 @@ Residual<kRows> ResidualAfter(int state, bool is_linear, const SolvedChain& chai
   MotionResidual(dt_s, linear, angular).Linearize(at.data(), &residual, &jacobian);
   const int first_row = (is_linear ? MotionResidual::kLinear : MotionResidual::kAngular).first_row;
   const auto j = jacobian.template middleRows<kRows>(first_row);
+  const Eigen::Matrix<double, 36, kRows> p_j = OfBoth(chain.covariance, state) * j.transpose();
+  const Eigen::SelfAdjointEigenSolver<typename Residual<kRows>::Square> known(j * p_j);
   Residual<kRows> out;
-  out.r = residual.template segment<kRows>(first_row);
-  out.p_j = OfBoth(chain.covariance, state) * j.transpose();
-  out.m = -j * out.p_j;
-  out.m.diagonal().array() += 1;
-  out.m = (0.5 * (out.m + out.m.transpose())).eval();
+  out.r = known.eigenvectors().transpose() * residual.template segment<kRows>(first_row);
+  out.m = (1 - known.eigenvalues().array()).max(chain.least_share).min(1.0);
+  out.p_j = p_j * known.eigenvectors();
   return out;
 }
 
-// Of s = 10^(i + 1): I + (s - 1) M, and s - 1.
-template <int kRows>
-Eigen::LLT<typename Residual<kRows>::Square> Factored(const Residual<kRows>& interval, size_t i,
-                                                      double* more) {
-  *more = std::pow(10.0, static_cast<double>(i + 1)) - 1;
-  return Eigen::LLT<typename Residual<kRows>::Square>(Residual<kRows>::Square::Identity() +
-                                                      *more * interval.m);
-}
+// s - 1 of s = 10^(i + 1).
+double More(size_t i) { return std::pow(10.0, static_cast<double>(i + 1)) - 1; }
 
 // Logarithms of how likely the densities are, as many as are not excluded.
 template <int kRows>
 size_t LogWeights(const Residual<kRows>& interval, double log_prior,
                   std::array<double, kDecades>* logs) {
-  double most = log_prior, more = 0;
+  double most = log_prior;
   for (size_t i = 0; i < kDecades; ++i) {
-    const auto llt = Factored(interval, i, &more);
-    if (llt.info() != Eigen::Success) return i;  // rounding has left less than none
-    (*logs)[i] = log_prior + 0.5 * more * interval.r.dot(llt.solve(interval.r)) -
-                 llt.matrixLLT().diagonal().array().log().sum();
+    const auto grown = (1 + More(i) * interval.m).eval();
+    (*logs)[i] =
+        log_prior + 0.5 * (More(i) * interval.r.array().square() / grown - grown.log()).sum();
     most = std::max(most, (*logs)[i]);
     if ((*logs)[i] < most - kBeyond) return i;
   }
@@ -123,16 +117,16 @@ OpenInterval OpenPart(int state, bool is_linear, const SolvedChain& chain, doubl
   OpenInterval out;
   std::array<double, kDecades> logs;
   const size_t n = LogWeights(interval, log_prior, &logs);
-  double most = kNone, sum = 0, more = 0;
+  double most = kNone, sum = 0;
   for (size_t i = 0; i < n; ++i) most = std::max(most, logs[i]);
   if (!(most > kNone)) return out;
   auto second = Residual<kRows>::Square::Zero().eval();
   for (size_t i = 0; i < n; ++i) {
-    const auto llt = Factored(interval, i, &more);
     const double weight = std::exp(logs[i] - most);
-    const auto mean = (more * llt.solve(interval.r)).eval();
-    second +=
-        weight * (more * llt.solve(Residual<kRows>::Square::Identity()) + mean * mean.transpose());
+    const auto variance = (More(i) / (1 + More(i) * interval.m)).eval();
+    const auto mean = (variance * interval.r.array()).matrix().eval();
+    second += weight * mean * mean.transpose();
+    second.diagonal().array() += weight * variance;
     sum += weight;
   }
   const Eigen::LLT<typename Residual<kRows>::Square> llt(second / sum);

@@ -16,6 +16,11 @@ struct SolvedChain {
   const std::vector<GraphState>& states;
   const BlockBandedMatrix& covariance;  // H^-1 of states and neighbours
   const NoiseModel& noise;
+  /// Of what is known of an interval's motion, the least that is taken to be other factors'. Where
+  /// they tell next to nothing, rounding leaves less than none, and any motion would seem possible;
+  /// in a window, of which a part was linearised elsewhere, sooner.
+  double least_share = kOfBatch;
+  static constexpr double kOfBatch = 1e-6, kOfWindow = 1e-3;
 };
 
 /// What a chain leaves open of one part of the motion over one of its intervals.

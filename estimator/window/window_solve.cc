@@ -184,15 +184,17 @@ StateCovariance FixedLagSmoother::OpenAtArrival(const Block& covariance) const {
   const Solution& solution = likeliest.solution;
   const StateCovariance last = OpenMotion(*before, arrived);
   if (hypotheses_.size() > 1) return last;
-  return last + OpenBeforeTheLast({solution.graph.states, solution.covariance, noise_}, learned);
+  return last +
+         OpenBeforeTheLast(
+             {solution.graph.states, solution.covariance, noise_, SolvedChain::kOfWindow}, learned);
 }
 
 void FixedLagSmoother::LookForOpenMotion(bool at_all) {
   const WindowHypothesis& likeliest = hypotheses_.front();
   if (hypotheses_.size() > 1 || HasTracks(setup_, likeliest.input)) return;
   const Solution& solution = likeliest.solution;
-  open_motion_.Look({solution.graph.states, solution.covariance, noise_}, InSolution(likeliest, 0),
-                    LearnedParts(setup_.options), at_all);
+  open_motion_.Look({solution.graph.states, solution.covariance, noise_, SolvedChain::kOfWindow},
+                    InSolution(likeliest, 0), LearnedParts(setup_.options), at_all);
 }
 
 NoiseStatistics FixedLagSmoother::StatisticsOfLeaving() const {

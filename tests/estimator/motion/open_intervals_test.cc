@@ -95,16 +95,17 @@ Chain ChainOf(const Solved& solved) {
 }
 
 NoiseModel Noise(WhiteNoiseOn on) {
+  const double psd = on == WhiteNoiseOn::kJerk ? 100 : 0.01;
   NoiseModel out;
-  out.linear = {on, 1e-3};
-  out.angular = {on, 1e-3};
+  out.linear = {on, psd};
+  out.angular = {on, psd};
   return out;
 }
 
 class OpenIntervals : public testing::TestWithParam<WhiteNoiseOn> {
  protected:
   // What states that are smooth else cannot hide.
-  static double JumpMps() { return GetParam() == WhiteNoiseOn::kJerk ? 1.0 : 0.1; }
+  static double JumpMps() { return GetParam() == WhiteNoiseOn::kJerk ? 3.0 : 0.3; }
 };
 
 // By solving anew with each density: the sum over all is what the interval is told to leave open.
