@@ -140,9 +140,10 @@ void AddStamps(const FrameTally& all, const Frames& kept, bool window, std::vect
   if (window) AddRestlessStamps(kept, *steps, out);
 }
 
-// Twists known five times worse than the median, away from the ends, where they always are.
+// Twists known five times worse than the median, away from the ends, where they always are. Not
+// those that nobody needs to know better.
 void AddBadTwists(const Frames& frames, const std::vector<double>& t_s, std::vector<Finding>* out) {
-  constexpr double kEnds = 0.5, kWorse = 5;
+  constexpr double kEnds = 0.5, kWorse = 5, kWellKnownMps = 0.005;
   std::vector<double> sigmas;
   for (const FrameEstimate& f : frames) {
     if (HasState(f)) sigmas.push_back(Sigma3(f.covariance, 6));
@@ -154,8 +155,8 @@ void AddBadTwists(const Frames& frames, const std::vector<double>& t_s, std::vec
   int least = std::numeric_limits<int>::max(), most = 0;
   for (size_t i = 0; i < frames.size(); ++i) {
     const bool at_end = t_s[i] < kEnds || t_s[i] > t_s.back() - kEnds;
-    if (at_end || !HasState(frames[i]) || !(Sigma3(frames[i].covariance, 6) > kWorse * median))
-      continue;
+    const double limit = std::max(kWorse * median, kWellKnownMps);
+    if (at_end || !HasState(frames[i]) || !(Sigma3(frames[i].covariance, 6) > limit)) continue;
     flags[i] = true;
     worst = std::max(worst, Sigma3(frames[i].covariance, 6));
     least = std::min(least, frames[i].n_tags);
