@@ -184,6 +184,30 @@ TEST(Findings, NamesFramesWithFewTagsAndWhatTheyCost) {
   EXPECT_THAT(run.Text(), HasSubstr("at 4.00 to 4.36 s, where 0 to 1 tags were in use."));
 }
 
+// The same velocity sigma in all frames but for some in the middle.
+Estimate WithVelocitySigmas(Estimate estimate, double usual_mps, double some_mps) {
+  const size_t middle = estimate.frames.size() / 2;
+  for (size_t k = 0; k < estimate.frames.size(); ++k) {
+    const double sigma_mps = k > middle && k <= middle + 5 ? some_mps : usual_mps;
+    StateCovariance& covariance = estimate.frames[k].covariance;
+    covariance = covariance.diagonal().asDiagonal();
+    covariance.diagonal().segment<3>(6).setConstant(sigma_mps * sigma_mps);
+  }
+  return estimate;
+}
+
+TEST(Findings, NamesVelocitiesThatAreKnownWorse) {
+  Case run = RunAsConfigured();
+  run.estimate = WithVelocitySigmas(run.estimate, 0.002, 0.03);
+  EXPECT_THAT(run.Text(), HasSubstr("Velocity is known to 0.052 m/s at worst, against 0.0035 m/s"));
+}
+
+TEST(Findings, VelocitiesKnownToMillimetresASecondAreNotAccused) {
+  Case run = RunAsConfigured();
+  run.estimate = WithVelocitySigmas(run.estimate, 0.0001, 0.001);
+  EXPECT_THAT(run.Text(), Not(HasSubstr("Velocity is known")));
+}
+
 TEST(Findings, NamesFramesWithoutAState) {
   Case run = RunAsConfigured();
   for (size_t i = 0; i < 5; ++i) run.estimate.frames[i].status = FrameStatus::kNoFix;
