@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "estimator/motion/motion_bank.h"
 #include "residuals/motion_residual.h"
@@ -12,31 +13,19 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr int kReach = 3;       // states on either side that an interval's motion is told of
-constexpr int kDecades = 10;    // above the chain's density
-constexpr double kNone = -9;    // logarithm of a weight that is as good as none
-constexpr double kBeyond = 12;  // below the likeliest density: livelier ones are as good as none
+constexpr int kReach = 3;        // states on either side that an interval's motion is told of
+constexpr int kDecades = 10;     // above the chain's density
+constexpr double kLittle = 0.1;  // of a variance: what is not worth its work
+constexpr double kBeyond = 12;   // below the likeliest density: livelier ones are as good as none
 
-// A part of the motion over an interval along axes of its whitened residual that are independent.
-template <int kRows>
-struct Residual {
-  using Column = Eigen::Matrix<double, kRows, 1>;
-  using Square = Eigen::Matrix<double, kRows, kRows>;
-  Column r;                              // along the axes
-  Eigen::Array<double, kRows, 1> m;      // I - J P J', which is diagonal there
-  Eigen::Matrix<double, 36, kRows> p_j;  // P J' of both states
+// The motion over an interval, linearised.
+struct LinearMotion {
+  Eigen::Matrix<double, 18, 1> residual;
+  Eigen::Matrix<double, 18, 36> jacobian;
+  double log_prior = 0;  // that one density was livelier
 };
 
-Eigen::Matrix<double, 36, 36> OfBoth(const BlockBandedMatrix& covariance, int state) {
-  Eigen::Matrix<double, 36, 36> out;
-  const Block& between = covariance.At(state + 1, state);
-  out << covariance.At(state, state), between.transpose(), between,
-      covariance.At(state + 1, state + 1);
-  return out;
-}
-
-template <int kRows>
-Residual<kRows> ResidualAfter(int state, bool is_linear, const SolvedChain& chain, double dt_s) {
+LinearMotion MotionAfter(int state, const SolvedChain& chain, double dt_s) {
   const GraphState &from = chain.states[static_cast<size_t>(state)],
                    &to = chain.states[static_cast<size_t>(state) + 1];
   MotionPrior linear = chain.noise.linear, angular = chain.noise.angular;
@@ -44,18 +33,58 @@ Residual<kRows> ResidualAfter(int state, bool is_linear, const SolvedChain& chai
   angular.psd *= to.motion.angular;
   const std::array<const double*, 4> at = {from.pose.params.data(), from.rates.data(),
                                            to.pose.params.data(), to.rates.data()};
-  Eigen::Matrix<double, 18, 1> residual;
-  Eigen::Matrix<double, 18, 36> jacobian;
-  MotionResidual(dt_s, linear, angular).Linearize(at.data(), &residual, &jacobian);
-  const int first_row = (is_linear ? MotionResidual::kLinear : MotionResidual::kAngular).first_row;
-  const auto j = jacobian.template middleRows<kRows>(first_row);
-  const Eigen::Matrix<double, 36, kRows> p_j = OfBoth(chain.covariance, state) * j.transpose();
-  const Eigen::SelfAdjointEigenSolver<typename Residual<kRows>::Square> known(j * p_j);
-  Residual<kRows> out;
-  out.r = known.eigenvectors().transpose() * residual.template segment<kRows>(first_row);
-  out.m = (1 - known.eigenvalues().array()).max(chain.least_share).min(1.0);
-  out.p_j = p_j * known.eigenvectors();
+  const MotionBankOptions bank;
+  LinearMotion out;
+  MotionResidual(dt_s, linear, angular).Linearize(at.data(), &out.residual, &out.jacobian);
+  out.log_prior = std::log(-std::expm1(-dt_s / bank.switch_s) / bank.classes);
   return out;
+}
+
+// A part of it: its rows, by the columns that enter them.
+template <int kRows>
+struct Part {
+  using Square = Eigen::Matrix<double, kRows, kRows>;
+  Eigen::Matrix<double, kRows, 1> r;
+  Eigen::Matrix<double, kRows, 18> j;
+  Square known;  // J P J'
+};
+
+template <int kRows>
+Part<kRows> PartOf(const LinearMotion& motion, const MotionResidual::Part& part, int state,
+                   const BlockBandedMatrix& covariance) {
+  Part<kRows> out;
+  Eigen::Matrix<double, 18, 18> p;
+  out.r = motion.residual.template segment<kRows>(part.first_row);
+  for (int a = 0; a < 6; ++a) {
+    const int of_a = a / 3, column_a = part.columns[static_cast<size_t>(a % 3)];
+    out.j.template middleCols<3>(3 * a) =
+        motion.jacobian.template block<kRows, 3>(part.first_row, kBlockSize * of_a + column_a);
+    for (int b = 0; b <= a; ++b) {
+      const int of_b = b / 3, column_b = part.columns[static_cast<size_t>(b % 3)];
+      const auto block =
+          covariance.At(state + of_a, state + of_b).template block<3, 3>(column_a, column_b);
+      p.template block<3, 3>(3 * a, 3 * b) = block;
+      if (b < a) p.template block<3, 3>(3 * b, 3 * a) = block.transpose();
+    }
+  }
+  const Eigen::Matrix<double, 18, kRows> p_j = p.lazyProduct(out.j.transpose());
+  out.known = out.j.lazyProduct(p_j);
+  return out;
+}
+
+// The same along axes that are independent of one another.
+template <int kRows>
+struct Axes {
+  typename Part<kRows>::Square directions;
+  Eigen::Matrix<double, kRows, 1> r;
+  Eigen::Array<double, kRows, 1> m;  // I - J P J', which is diagonal there
+};
+
+template <int kRows>
+Axes<kRows> AxesOf(const Part<kRows>& part, double least_share) {
+  const Eigen::SelfAdjointEigenSolver<typename Part<kRows>::Square> known(part.known);
+  return {known.eigenvectors(), known.eigenvectors().transpose() * part.r,
+          (1 - known.eigenvalues().array()).max(least_share).min(1.0)};
 }
 
 // s - 1 of s = 10^(i + 1).
@@ -63,98 +92,106 @@ double More(size_t i) { return std::pow(10.0, static_cast<double>(i + 1)) - 1; }
 
 // Logarithms of how likely the densities are, as many as are not excluded.
 template <int kRows>
-size_t LogWeights(const Residual<kRows>& interval, double log_prior,
-                  std::array<double, kDecades>* logs) {
+size_t LogWeights(const Axes<kRows>& axes, double log_prior, std::array<double, kDecades>* logs) {
   double most = log_prior;
   for (size_t i = 0; i < kDecades; ++i) {
-    const auto grown = (1 + More(i) * interval.m).eval();
-    (*logs)[i] =
-        log_prior + 0.5 * (More(i) * interval.r.array().square() / grown - grown.log()).sum();
+    const auto grown = (1 + More(i) * axes.m).eval();
+    (*logs)[i] = log_prior +
+                 0.5 * ((More(i) * axes.r.array().square() / grown).sum() - std::log(grown.prod()));
     most = std::max(most, (*logs)[i]);
-    if ((*logs)[i] < most - kBeyond) return i;
+    if ((*logs)[i] < most - kBeyond) return i + 1;
   }
   return kDecades;
 }
 
-// What of a state's error its neighbour has.
-Block Gain(const Block& between, const Block& own) {
-  return own.ldlt().solve(between.transpose()).transpose();
-}
-
-// The states around an interval, and what each gets of what the states at its ends do. E[z z'] by
-// its root: where a state is well known much of z cancels there, and rounding would leave less than
-// none.
+// What each state gets of what the states at an interval's ends do, in both directions as far as it
+// is told of, from `first_wanted` on. E[z z'] by its root: where a state is well known much of z
+// cancels there, and rounding would leave less than none.
 template <int kRows>
-void Reach(int state, const BlockBandedMatrix& covariance, const Residual<kRows>& interval,
-           const typename Residual<kRows>::Square& root, OpenInterval* out) {
+void Reach(int state, int first_wanted, const BlockBandedMatrix& covariance,
+           const Eigen::Matrix<double, kRows, 36>& jacobian,
+           const typename Part<kRows>::Square& root, OpenInterval* out) {
   using Response = Eigen::Matrix<double, kBlockSize, kRows>;
-  const auto spread = [&](const Response& response) -> StateCovariance {
-    const Eigen::Matrix<double, 12, kRows> of_body = response.template topRows<12>() * root;
-    return of_body * of_body.transpose();
+  const auto add = [&](int k, const Response& response) {
+    if (k < first_wanted) return;
+    const Eigen::Matrix<double, 12, kRows> of_body =
+        response.template topRows<12>().lazyProduct(root);
+    out->spreads.push_back(of_body.lazyProduct(of_body.transpose()));
   };
-  Response response = interval.p_j.template topRows<kBlockSize>();
-  out->spreads = {spread(response)};
-  out->first_state = state;
-  for (int i = 1; i < kReach && out->first_state > 0; ++i) {
-    const int k = --out->first_state;
-    response =
-        (Gain(covariance.At(k + 1, k).transpose(), covariance.At(k + 1, k + 1)) * response).eval();
-    out->spreads.insert(out->spreads.begin(), spread(response));
+  const auto of_first = jacobian.template leftCols<kBlockSize>().transpose(),
+             of_second = jacobian.template rightCols<kBlockSize>().transpose();
+  const Block& between = covariance.At(state + 1, state);
+  Response response = covariance.At(state, state) * of_first + between.transpose() * of_second;
+  const Response of_state = response;
+  out->first_state = std::max({state + 1 - kReach, first_wanted, 0});
+  out->spreads.reserve(2 * kReach);
+  for (int k = state; --k >= out->first_state;) {
+    const Response solved = covariance.At(k + 1, k + 1).ldlt().solve(response);
+    response = covariance.At(k + 1, k).transpose() * solved;
+    add(k, response);
   }
-  response = interval.p_j.template bottomRows<kBlockSize>();
-  out->spreads.push_back(spread(response));
+  std::reverse(out->spreads.begin(), out->spreads.end());
+  add(state, of_state);
+  response = between * of_first + covariance.At(state + 1, state + 1) * of_second;
+  add(state + 1, response);
   for (int k = state + 2; k < covariance.size() && k <= state + kReach; ++k) {
-    response = (Gain(covariance.At(k, k - 1), covariance.At(k - 1, k - 1)) * response).eval();
-    out->spreads.push_back(spread(response));
+    const Response solved = covariance.At(k - 1, k - 1).ldlt().solve(response);
+    response = covariance.At(k, k - 1) * solved;
+    add(k, response);
   }
 }
 
+// E[z z'] where the motion was livelier, along the axes, and how likely that is.
 template <int kRows>
-OpenInterval OpenPart(int state, bool is_linear, const SolvedChain& chain, double dt_s) {
-  const MotionBankOptions bank;
-  const double log_prior = std::log(-std::expm1(-dt_s / bank.switch_s) / bank.classes);
-  const Residual<kRows> interval = ResidualAfter<kRows>(state, is_linear, chain, dt_s);
-  OpenInterval out;
+struct Livelier {
+  typename Part<kRows>::Square second;
+  double log_weight;
+  bool adds_little;  // to any variance: P J' E[z z'] J P is at most |E[z z']| P
+};
+
+template <int kRows>
+Livelier<kRows> LivelierThan(const Axes<kRows>& axes, double log_prior) {
   std::array<double, kDecades> logs;
-  const size_t n = LogWeights(interval, log_prior, &logs);
-  double most = kNone, sum = 0;
-  for (size_t i = 0; i < n; ++i) most = std::max(most, logs[i]);
-  if (!(most > kNone)) return out;
-  auto second = Residual<kRows>::Square::Zero().eval();
+  const size_t n = LogWeights(axes, log_prior, &logs);
+  const double most = *std::max_element(logs.begin(), logs.begin() + n);
+  double sum = 0, square = 0;
+  auto second = Part<kRows>::Square::Zero().eval();
   for (size_t i = 0; i < n; ++i) {
     const double weight = std::exp(logs[i] - most);
-    const auto variance = (More(i) / (1 + More(i) * interval.m)).eval();
-    const auto mean = (variance * interval.r.array()).matrix().eval();
+    const auto variance = (More(i) / (1 + More(i) * axes.m)).eval();
+    const auto mean = (variance * axes.r.array()).matrix().eval();
     second += weight * mean * mean.transpose();
     second.diagonal().array() += weight * variance;
+    square += weight * (mean.squaredNorm() + variance.maxCoeff());
     sum += weight;
   }
-  const Eigen::LLT<typename Residual<kRows>::Square> llt(second / sum);
+  return {second / sum, most + std::log(sum), square / (sum + std::exp(-most)) < kLittle};
+}
+
+template <int kRows>
+OpenInterval OpenPart(int state, const SolvedChain& chain, int first_wanted,
+                      const LinearMotion& motion, const MotionResidual::Part& which) {
+  const Axes<kRows> axes =
+      AxesOf(PartOf<kRows>(motion, which, state, chain.covariance), chain.least_share);
+  const Livelier<kRows> livelier = LivelierThan(axes, motion.log_prior);
+  OpenInterval out;
+  if (livelier.adds_little) return out;
+  const Eigen::LLT<typename Part<kRows>::Square> llt(livelier.second);
   if (llt.info() != Eigen::Success) return out;
-  out.log_weight = most + std::log(sum);
-  Reach<kRows>(state, chain.covariance, interval, llt.matrixL(), &out);
+  out.log_weight = livelier.log_weight;
+  const typename Part<kRows>::Square root = llt.matrixL();
+  Reach<kRows>(state, first_wanted, chain.covariance,
+               motion.jacobian.template middleRows<kRows>(which.first_row), axes.directions * root,
+               &out);
   return out;
 }
 
-// Those that reach no state from there on.
-void DropBefore(int state, std::vector<OpenInterval>* intervals) {
-  const auto ends = [state](const OpenInterval& open) {
-    return open.first_state + static_cast<int>(open.spreads.size()) <= state;
-  };
-  intervals->erase(std::remove_if(intervals->begin(), intervals->end(), ends), intervals->end());
-}
-
-}  // namespace
-
-OpenInterval OpenAfter(int state, bool is_linear, const SolvedChain& chain) {
-  const GraphState &from = chain.states[static_cast<size_t>(state)],
-                   &to = chain.states[static_cast<size_t>(state) + 1];
-  const double dt_s = ToSeconds(to.t_ns - from.t_ns);
-  if (to.motion.breaks || !(dt_s > 0)) return {};
-  const MotionPrior& prior = is_linear ? chain.noise.linear : chain.noise.angular;
+OpenInterval OpenPart(int state, const SolvedChain& chain, int first_wanted,
+                      const LinearMotion& motion, const MotionResidual::Part& which,
+                      const MotionPrior& prior) {
   // On acceleration the third entry is idle.
-  return prior.on == WhiteNoiseOn::kJerk ? OpenPart<9>(state, is_linear, chain, dt_s)
-                                         : OpenPart<6>(state, is_linear, chain, dt_s);
+  return prior.on == WhiteNoiseOn::kJerk ? OpenPart<9>(state, chain, first_wanted, motion, which)
+                                         : OpenPart<6>(state, chain, first_wanted, motion, which);
 }
 
 StateCovariance SpreadOf(int state, const std::vector<OpenInterval>& intervals) {
@@ -179,41 +216,44 @@ StateCovariance SpreadOf(int state, const std::vector<OpenInterval>& intervals) 
   return out / sum;
 }
 
-void AddOpenMotion(const SolvedChain& chain, const MotionParts& learned,
-                   const ForRanges& for_ranges, std::vector<StateCovariance>* covariances) {
-  const int n = chain.covariance.size();
-  if (chain.covariance.bandwidth() != 1) return;
-  const auto add = [&](bool is_linear, int first, int last) {
-    std::vector<OpenInterval> near;
-    int next = std::max(first - kReach, 0);
-    for (int k = first; k < last; ++k) {
-      for (; next < k + kReach && next + 1 < n; ++next) {
-        OpenInterval open = OpenAfter(next, is_linear, chain);
-        if (!open.spreads.empty()) near.push_back(std::move(open));
-      }
-      DropBefore(k, &near);
-      if (!near.empty()) (*covariances)[static_cast<size_t>(k)] += SpreadOf(k, near);
-    }
-  };
-  for_ranges(covariances->size(), [&](size_t first, size_t last) {
-    if (learned.angular) add(false, static_cast<int>(first), static_cast<int>(last));
-    if (learned.linear) add(true, static_cast<int>(first), static_cast<int>(last));
-  });
-}
+}  // namespace
 
-StateCovariance OpenBeforeTheLast(const SolvedChain& chain, const MotionParts& learned) {
-  const int last = chain.covariance.size() - 1;
-  StateCovariance out = StateCovariance::Zero();
-  if (chain.covariance.bandwidth() != 1) return out;
-  for (const bool is_linear : {false, true}) {
-    if (!(is_linear ? learned.linear : learned.angular)) continue;
-    std::vector<OpenInterval> near;
-    for (int k = std::max(last - kReach, 0); k < last - 1; ++k) {
-      near.push_back(OpenAfter(k, is_linear, chain));
-    }
-    out += SpreadOf(last, near);
+OpenParts OpenAfter(int state, const SolvedChain& chain, const MotionParts& learned,
+                    int first_wanted) {
+  const GraphState &from = chain.states[static_cast<size_t>(state)],
+                   &to = chain.states[static_cast<size_t>(state) + 1];
+  const double dt_s = ToSeconds(to.t_ns - from.t_ns);
+  OpenParts out;
+  if (to.motion.breaks || !(dt_s > 0)) return out;
+  const LinearMotion motion = MotionAfter(state, chain, dt_s);
+  if (learned.angular) {
+    out.angular =
+        OpenPart(state, chain, first_wanted, motion, MotionResidual::kAngular, chain.noise.angular);
+  }
+  if (learned.linear) {
+    out.linear =
+        OpenPart(state, chain, first_wanted, motion, MotionResidual::kLinear, chain.noise.linear);
   }
   return out;
+}
+
+void OpenIntervals::Add(OpenParts interval) {
+  if (!interval.angular.spreads.empty()) angular_.push_back(std::move(interval.angular));
+  if (!interval.linear.spreads.empty()) linear_.push_back(std::move(interval.linear));
+}
+
+StateCovariance OpenIntervals::Of(int state) const {
+  return SpreadOf(state, angular_) + SpreadOf(state, linear_);
+}
+
+void OpenIntervals::CountFrom(int state) {
+  for (std::vector<OpenInterval>* intervals : {&angular_, &linear_}) {
+    for (OpenInterval& open : *intervals) open.first_state -= state;
+    const auto ends = [](const OpenInterval& open) {
+      return open.first_state + static_cast<int>(open.spreads.size()) <= 0;
+    };
+    intervals->erase(std::remove_if(intervals->begin(), intervals->end(), ends), intervals->end());
+  }
 }
 
 void OpenMotionOfWindow::Look(const SolvedChain& chain, int oldest, const MotionParts& learned,
@@ -221,27 +261,45 @@ void OpenMotionOfWindow::Look(const SolvedChain& chain, int oldest, const Motion
   if (chain.covariance.bandwidth() != 1) return;
   const int intervals = chain.covariance.size() - oldest - 1,
             last = at_all ? intervals : std::min(kReach, intervals);
-  const auto look = [&](bool is_linear, std::vector<OpenInterval>* at) {
-    OpenInterval open = OpenAfter(oldest + next_, is_linear, chain);
-    open.first_state -= oldest;
-    if (!open.spreads.empty()) at->push_back(std::move(open));
-  };
   for (; next_ < last; ++next_) {
-    if (learned.linear) look(true, &linear_);
-    if (learned.angular) look(false, &angular_);
+    OpenParts open = OpenAfter(oldest + next_, chain, learned);
+    open.angular.first_state -= oldest;
+    open.linear.first_state -= oldest;
+    near_.Add(std::move(open));
   }
-}
-
-StateCovariance OpenMotionOfWindow::Of(int state) const {
-  return SpreadOf(state, linear_) + SpreadOf(state, angular_);
 }
 
 void OpenMotionOfWindow::Forget(int n_states) {
   next_ = std::max(next_ - n_states, 0);
-  for (std::vector<OpenInterval>* intervals : {&linear_, &angular_}) {
-    for (OpenInterval& open : *intervals) open.first_state -= n_states;
-    DropBefore(0, intervals);
+  near_.CountFrom(n_states);
+}
+
+// State after state, as of a window.
+void AddOpenMotion(const SolvedChain& chain, const MotionParts& learned,
+                   const ForRanges& for_ranges, std::vector<StateCovariance>* covariances) {
+  if (chain.covariance.bandwidth() != 1) return;
+  for_ranges(covariances->size(), [&](size_t first, size_t last) {
+    const size_t reach = kReach, from = first - std::min(first, reach);
+    OpenMotionOfWindow window;
+    for (size_t k = from; k < last; ++k) {
+      window.Look(chain, static_cast<int>(k), learned, /*at_all=*/false);
+      if (k >= first) (*covariances)[k] += window.Of(0);
+      window.Forget(1);
+    }
+  });
+}
+
+StateCovariance OpenBeforeTheLast(const SolvedChain& chain, const MotionParts& learned) {
+  const int last = chain.covariance.size() - 1;
+  OpenIntervals near;
+  if (chain.covariance.bandwidth() != 1) return near.Of(last);
+  MotionParts open = learned;  // one before those of which next to nothing is open adds less still
+  for (int k = last - 2; k >= std::max(last - kReach, 0) && (open.linear || open.angular); --k) {
+    OpenParts parts = OpenAfter(k, chain, open, last);
+    open = {!parts.linear.spreads.empty(), !parts.angular.spreads.empty()};
+    near.Add(std::move(parts));
   }
+  return near.Of(last);
 }
 
 }  // namespace tagtwist::internal

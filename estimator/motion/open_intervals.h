@@ -29,27 +29,43 @@ struct OpenInterval {
   double log_weight = -std::numeric_limits<double>::infinity();
   int first_state = 0;
   /// From that state on: what the covariance about the chain's state has more if the interval was
-  /// livelier. None where that is as good as excluded.
+  /// livelier. None where that adds little to any.
   std::vector<StateCovariance> spreads;
 };
 
-/// How lively the linear or the angular motion may have been from `state` to the next, all else
-/// being as the chain has it: its density against some decades more. With s times the density the
-/// interval's whitened residual r has the further part z ~ N(0, (s - 1) I); what is known of r
-/// without the interval's prior has the covariance M^-1, M = I - J P J'. So, with
+/// The two parts of the motion, which share nothing.
+struct OpenParts {
+  OpenInterval angular, linear;
+};
+
+/// How lively the motion may have been from `state` to the next, all else being as the chain has
+/// it, of the parts whose density was learned: that density against some decades more. With s times
+/// the density the interval's whitened residual r has the further part z ~ N(0, (s - 1) I); what is
+/// known of r without the interval's prior has the covariance M^-1, M = I - J P J'. So, with
 /// G = (I + (s - 1) M)^-1,
 ///
 ///   log L_s = (s - 1) r'G r / 2 + log det(G) / 2,   E[z] = (s - 1) G r,   Cov[z] = (s - 1) G,
 ///
-/// of z a state gets P J'z, and s has the probability with which a bank's motion switches.
-OpenInterval OpenAfter(int state, bool is_linear, const SolvedChain& chain);
+/// of z a state gets P J'z, and s has the probability with which a bank's motion switches. The
+/// states before `first_wanted` are not asked for.
+OpenParts OpenAfter(int state, const SolvedChain& chain, const MotionParts& learned,
+                    int first_wanted = 0);
 
-/// What such intervals say of a state together: one of those that reach it is livelier, or none.
-StateCovariance SpreadOf(int state, const std::vector<OpenInterval>& intervals);
+/// Intervals, and what they say of a state together: of each part one of those that reach it is
+/// livelier, or none.
+class OpenIntervals {
+ public:
+  void Add(OpenParts interval);
+  StateCovariance Of(int state) const;
+  /// Those that reach no state from there on go; the others count it as the first.
+  void CountFrom(int state);
+
+ private:
+  std::vector<OpenInterval> angular_, linear_;
+};
 
 /// Adds to the covariances of all states of a chain what they lack because it is open how lively
-/// the motion was over each interval, of the parts of which that was learned. Nothing where tracks
-/// tie states that are no neighbours.
+/// the motion was over each interval. Nothing where tracks tie states that are no neighbours.
 void AddOpenMotion(const SolvedChain& chain, const MotionParts& learned,
                    const ForRanges& for_ranges, std::vector<StateCovariance>* covariances);
 
@@ -65,12 +81,12 @@ class OpenMotionOfWindow {
   /// state that it is.
   void Look(const SolvedChain& chain, int oldest, const MotionParts& learned, bool at_all);
   /// What the covariance of a state of the window lacks, by the intervals looked at.
-  StateCovariance Of(int state) const;
+  StateCovariance Of(int state) const { return near_.Of(state); }
   /// The oldest states have left.
   void Forget(int n_states);
 
  private:
-  std::vector<OpenInterval> linear_, angular_;
+  OpenIntervals near_;
   int next_ = 0;  // the interval to be looked at
 };
 

@@ -147,8 +147,8 @@ class FixedLagSmoother {
   bool began_too_soon_ = false;               // the window, with the latest frame
   PredictionCheck prediction_check_;          // of the frames that left
   WindowPower power_;                         // of the frames that left
-  OpenMotionOfWindow open_motion_;
-  NoiseStatistics statistics_;  // of the frames that left, fading
+  OpenMotionOfWindow open_motion_;            // what it leaves open of the states in the window
+  NoiseStatistics statistics_;                // of the frames that left, fading
   bool has_learned_ = false;
   size_t restarts_ = 0;
   std::optional<int> alone_since_restart_;  // the id of the tag that told another place

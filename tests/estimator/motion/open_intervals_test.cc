@@ -102,14 +102,14 @@ NoiseModel Noise(WhiteNoiseOn on) {
   return out;
 }
 
-class OpenIntervals : public testing::TestWithParam<WhiteNoiseOn> {
+class OpenMotions : public testing::TestWithParam<WhiteNoiseOn> {
  protected:
   // What states that are smooth else cannot hide.
   static double JumpMps() { return GetParam() == WhiteNoiseOn::kJerk ? 3.0 : 0.3; }
 };
 
 // By solving anew with each density: the sum over all is what the interval is told to leave open.
-TEST_P(OpenIntervals, IsTheMixtureOfTheLivelierSolutions) {
+TEST_P(OpenMotions, IsTheMixtureOfTheLivelierSolutions) {
   const NoiseModel noise = Noise(GetParam());
   const auto measured = Measured(JumpMps());
   const Solved solved = Solve(measured, noise, -1, 1);
@@ -132,7 +132,7 @@ TEST_P(OpenIntervals, IsTheMixtureOfTheLivelierSolutions) {
       }
       sum += weight;
     }
-    const OpenInterval open = OpenAfter(interval, true, of_chain);
+    const OpenInterval open = OpenAfter(interval, of_chain, {true, true}).linear;
     EXPECT_NEAR(open.log_weight, std::log(sum), 0.05);
     ASSERT_GE(open.spreads.size(), 4U);
     for (size_t i = 0; i < open.spreads.size(); ++i) {
@@ -142,7 +142,7 @@ TEST_P(OpenIntervals, IsTheMixtureOfTheLivelierSolutions) {
   }
 }
 
-TEST_P(OpenIntervals, WhatIsLeftOpenCoversAJumpAndNothingElse) {
+TEST_P(OpenMotions, WhatIsLeftOpenCoversAJumpAndNothingElse) {
   const NoiseModel noise = Noise(GetParam());
   for (const double jump_mps : {0.0, JumpMps()}) {
     const Solved solved = Solve(Measured(jump_mps), noise, -1, 1);
@@ -168,18 +168,16 @@ TEST_P(OpenIntervals, WhatIsLeftOpenCoversAJumpAndNothingElse) {
 }
 
 // A window's states get what all of the chain's would, though each interval is looked at once.
-TEST_P(OpenIntervals, AWindowRemembersWhatLeft) {
+TEST_P(OpenMotions, AWindowRemembersWhatLeft) {
   const NoiseModel noise = Noise(GetParam());
   const Chain chain = ChainOf(Solve(Measured(JumpMps()), noise, -1, 1));
   const SolvedChain of_chain{chain.states, chain.covariance, noise};
-  std::vector<StateCovariance> expected(kStates, StateCovariance::Zero());
-  AddOpenMotion(of_chain, {true, true}, InOneRange, &expected);
+  OpenIntervals all;
+  for (int k = 0; k + 1 < kStates; ++k) all.Add(OpenAfter(k, of_chain, {true, true}));
   OpenMotionOfWindow window;
   for (int oldest = 0; oldest < kStates; ++oldest) {
     window.Look(of_chain, oldest, {true, true}, oldest + 3 > kStates);
-    EXPECT_LT((window.Of(0) - expected[static_cast<size_t>(oldest)]).norm(),
-              1e-9 * (1e-12 + expected[static_cast<size_t>(oldest)].norm()))
-        << oldest;
+    EXPECT_EQ(window.Of(0), all.Of(oldest)) << oldest;
     window.Forget(1);
   }
   window.Look(of_chain, 0, {true, true}, true);
@@ -188,21 +186,19 @@ TEST_P(OpenIntervals, AWindowRemembersWhatLeft) {
 }
 
 // Of the last state as of any other, but for its own interval.
-TEST_P(OpenIntervals, TheLastStateHasWhatTheIntervalsBeforeItsOwnLeaveOpen) {
+TEST_P(OpenMotions, TheLastStateHasWhatTheIntervalsBeforeItsOwnLeaveOpen) {
   const NoiseModel noise = Noise(GetParam());
   const Chain whole = ChainOf(Solve(Measured(JumpMps()), noise, -1, 1));
   const SolvedChain of_chain{whole.states, whole.covariance, noise};
-  StateCovariance expected = StateCovariance::Zero();
-  for (const bool is_linear : {false, true}) {
-    expected += SpreadOf(kStates - 1, {OpenAfter(kStates - 4, is_linear, of_chain),
-                                       OpenAfter(kStates - 3, is_linear, of_chain)});
-  }
+  OpenIntervals near;
+  for (const int k : {kStates - 4, kStates - 3}) near.Add(OpenAfter(k, of_chain, {true, true}));
+  const StateCovariance expected = near.Of(kStates - 1);
   EXPECT_GT(expected.norm(), 0);
-  EXPECT_EQ(OpenBeforeTheLast(of_chain, {true, true}), expected);
+  EXPECT_TRUE(OpenBeforeTheLast(of_chain, {true, true}).isApprox(expected, 1e-12));
 }
 
 // Ranges that are done at the same time need nothing of one another.
-TEST_P(OpenIntervals, RangesDoNotShow) {
+TEST_P(OpenMotions, RangesDoNotShow) {
   const NoiseModel noise = Noise(GetParam());
   const Chain chain = ChainOf(Solve(Measured(JumpMps()), noise, -1, 1));
   const SolvedChain of_chain{chain.states, chain.covariance, noise};
@@ -217,7 +213,7 @@ TEST_P(OpenIntervals, RangesDoNotShow) {
   EXPECT_EQ(one, many);
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, OpenIntervals,
+INSTANTIATE_TEST_SUITE_P(Both, OpenMotions,
                          testing::Values(WhiteNoiseOn::kJerk, WhiteNoiseOn::kAcceleration));
 
 }  // namespace
