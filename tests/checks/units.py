@@ -41,7 +41,7 @@ def kept(tag):
 def faults(root):
     root = pathlib.Path(root)
     files = [p for room in ROOMS for p in sorted((root / room).rglob("*.cc")) if str(p.parent.relative_to(root)) not in APART]
-    seen, constants = collections.defaultdict(dict), collections.defaultdict(dict)
+    seen, constants, kinds = (collections.defaultdict(dict) for _ in range(3))
     local = []
     for tag in tags_of(files):
         path = pathlib.Path(tag["path"])
@@ -57,8 +57,10 @@ def faults(root):
             constants[room].setdefault(tag["name"], file)
         other = seen[room].setdefault(key, file)
         same_alias = tag["kind"] in ("typedef", "alias")
-        if other != file and not same_alias:
-            yield f"{room}/{file}: {tag['name']} is in the unnamed namespace of {other} too"
+        kind = "function" if tag["kind"] == "function" else "type or variable"  # only functions share a name
+        other_kind, first = kinds[room].setdefault(tag["name"], (kind, file))
+        if (other != file and not same_alias) or (kind != other_kind and first != file):
+            yield f"{room}/{file}: {tag['name']} is in the unnamed namespace of {other if other != file else first} too"
     for room, file, name in sorted(set(local)):
         if constants[room].get(name, file) != file:
             yield f"{room}/{file}: a local {name} shadows that of {constants[room][name]}"
