@@ -179,7 +179,7 @@ class Faults:
             done, told = done + 1, told + (status == 1)
             # libmatio does not look whether it got memory, and Eigen 3.4 frees twice what it was to resize (SECURITY.md):
             # that is as if it were killed.
-            twice = status == -signal.SIGABRT and 'double free or corruption' in err
+            twice = status == -signal.SIGABRT and 'double free' in err
             killed = kind.startswith('malloc') and (
                 twice or (mode.by_matio and status in (-signal.SIGSEGV, -signal.SIGABRT)))
             fault = self.fault_of(mode, status, err) if not killed else ''
