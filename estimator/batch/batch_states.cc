@@ -4,7 +4,7 @@
 
 #include "estimator/graph/pose_bound.h"
 #include "estimator/motion/motion_profile.h"
-#include "estimator/motion/open_intervals.h"
+#include "estimator/motion/open_motion_of_chain.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/prior_power.h"
 #include "estimator/systematic/systematic_errors.h"

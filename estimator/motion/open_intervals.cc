@@ -13,7 +13,6 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr int kReach = 3;        // states on either side that an interval's motion is told of
 constexpr int kDecades = 10;     // above the chain's density
 constexpr double kLittle = 0.1;  // of a variance: what is not worth its work
 constexpr double kBeyond = 12;   // below the likeliest density: livelier ones are as good as none
@@ -42,7 +41,7 @@ LinearMotion MotionAfter(int state, const SolvedChain& chain, double dt_s) {
 
 // A part of it: its rows, by the columns that enter them.
 template <int kRows>
-struct Part {
+struct MotionPart {
   using Square = Eigen::Matrix<double, kRows, kRows>;
   Eigen::Matrix<double, kRows, 1> r;
   Eigen::Matrix<double, kRows, 18> j;
@@ -50,9 +49,9 @@ struct Part {
 };
 
 template <int kRows>
-Part<kRows> PartOf(const LinearMotion& motion, const MotionResidual::Part& part, int state,
-                   const BlockBandedMatrix& covariance) {
-  Part<kRows> out;
+MotionPart<kRows> PartOf(const LinearMotion& motion, const MotionResidual::Part& part, int state,
+                         const BlockBandedMatrix& covariance) {
+  MotionPart<kRows> out;
   Eigen::Matrix<double, 18, 18> p;
   out.r = motion.residual.template segment<kRows>(part.first_row);
   for (int a = 0; a < 6; ++a) {
@@ -75,14 +74,14 @@ Part<kRows> PartOf(const LinearMotion& motion, const MotionResidual::Part& part,
 // The same along axes that are independent of one another.
 template <int kRows>
 struct Axes {
-  typename Part<kRows>::Square directions;
+  typename MotionPart<kRows>::Square directions;
   Eigen::Matrix<double, kRows, 1> r;
   Eigen::Array<double, kRows, 1> m;  // I - J P J', which is diagonal there
 };
 
 template <int kRows>
-Axes<kRows> AxesOf(const Part<kRows>& part, double least_share) {
-  const Eigen::SelfAdjointEigenSolver<typename Part<kRows>::Square> known(part.known);
+Axes<kRows> AxesOf(const MotionPart<kRows>& part, double least_share) {
+  const Eigen::SelfAdjointEigenSolver<typename MotionPart<kRows>::Square> known(part.known);
   return {known.eigenvectors(), known.eigenvectors().transpose() * part.r,
           (1 - known.eigenvalues().array()).max(least_share).min(1.0)};
 }
@@ -110,7 +109,7 @@ size_t LogWeights(const Axes<kRows>& axes, double log_prior, std::array<double, 
 template <int kRows>
 void Reach(int state, int first_wanted, const BlockBandedMatrix& covariance,
            const Eigen::Matrix<double, kRows, 36>& jacobian,
-           const typename Part<kRows>::Square& root, OpenInterval* out) {
+           const typename MotionPart<kRows>::Square& root, OpenInterval* out) {
   using Response = Eigen::Matrix<double, kBlockSize, kRows>;
   const auto add = [&](int k, const Response& response) {
     if (k < first_wanted) return;
@@ -123,8 +122,8 @@ void Reach(int state, int first_wanted, const BlockBandedMatrix& covariance,
   const Block& between = covariance.At(state + 1, state);
   Response response = covariance.At(state, state) * of_first + between.transpose() * of_second;
   const Response of_state = response;
-  out->first_state = std::max({state + 1 - kReach, first_wanted, 0});
-  out->spreads.reserve(2 * kReach);
+  out->first_state = std::max({state + 1 - OpenIntervals::kReach, first_wanted, 0});
+  out->spreads.reserve(2 * OpenIntervals::kReach);
   for (int k = state; --k >= out->first_state;) {
     const Response solved = covariance.At(k + 1, k + 1).ldlt().solve(response);
     response = covariance.At(k + 1, k).transpose() * solved;
@@ -134,7 +133,7 @@ void Reach(int state, int first_wanted, const BlockBandedMatrix& covariance,
   add(state, of_state);
   response = between * of_first + covariance.At(state + 1, state + 1) * of_second;
   add(state + 1, response);
-  for (int k = state + 2; k < covariance.size() && k <= state + kReach; ++k) {
+  for (int k = state + 2; k < covariance.size() && k <= state + OpenIntervals::kReach; ++k) {
     const Response solved = covariance.At(k - 1, k - 1).ldlt().solve(response);
     response = covariance.At(k, k - 1) * solved;
     add(k, response);
@@ -144,7 +143,7 @@ void Reach(int state, int first_wanted, const BlockBandedMatrix& covariance,
 // E[z z'] where the motion was livelier, along the axes, and how likely that is.
 template <int kRows>
 struct Livelier {
-  typename Part<kRows>::Square second;
+  typename MotionPart<kRows>::Square second;
   double log_weight;
   bool adds_little;  // to any variance: P J' E[z z'] J P is at most |E[z z']| P
 };
@@ -155,7 +154,7 @@ Livelier<kRows> LivelierThan(const Axes<kRows>& axes, double log_prior) {
   const size_t n = LogWeights(axes, log_prior, &logs);
   const double most = *std::max_element(logs.begin(), logs.begin() + n);
   double sum = 0, square = 0;
-  auto second = Part<kRows>::Square::Zero().eval();
+  auto second = MotionPart<kRows>::Square::Zero().eval();
   for (size_t i = 0; i < n; ++i) {
     const double weight = std::exp(logs[i] - most);
     const auto variance = (More(i) / (1 + More(i) * axes.m)).eval();
@@ -176,10 +175,10 @@ OpenInterval OpenPart(int state, const SolvedChain& chain, int first_wanted,
   const Livelier<kRows> livelier = LivelierThan(axes, motion.log_prior);
   OpenInterval out;
   if (livelier.adds_little) return out;
-  const Eigen::LLT<typename Part<kRows>::Square> llt(livelier.second);
+  const Eigen::LLT<typename MotionPart<kRows>::Square> llt(livelier.second);
   if (llt.info() != Eigen::Success) return out;
   out.log_weight = livelier.log_weight;
-  const typename Part<kRows>::Square root = llt.matrixL();
+  const typename MotionPart<kRows>::Square root = llt.matrixL();
   Reach<kRows>(state, first_wanted, chain.covariance,
                motion.jacobian.template middleRows<kRows>(which.first_row), axes.directions * root,
                &out);
@@ -254,52 +253,6 @@ void OpenIntervals::CountFrom(int state) {
     };
     intervals->erase(std::remove_if(intervals->begin(), intervals->end(), ends), intervals->end());
   }
-}
-
-void OpenMotionOfWindow::Look(const SolvedChain& chain, int oldest, const MotionParts& learned,
-                              bool at_all) {
-  if (chain.covariance.bandwidth() != 1) return;
-  const int intervals = chain.covariance.size() - oldest - 1,
-            last = at_all ? intervals : std::min(kReach, intervals);
-  for (; next_ < last; ++next_) {
-    OpenParts open = OpenAfter(oldest + next_, chain, learned);
-    open.angular.first_state -= oldest;
-    open.linear.first_state -= oldest;
-    near_.Add(std::move(open));
-  }
-}
-
-void OpenMotionOfWindow::Forget(int n_states) {
-  next_ = std::max(next_ - n_states, 0);
-  near_.CountFrom(n_states);
-}
-
-// State after state, as of a window.
-void AddOpenMotion(const SolvedChain& chain, const MotionParts& learned,
-                   const ForRanges& for_ranges, std::vector<StateCovariance>* covariances) {
-  if (chain.covariance.bandwidth() != 1) return;
-  for_ranges(covariances->size(), [&](size_t first, size_t last) {
-    const size_t reach = kReach, from = first - std::min(first, reach);
-    OpenMotionOfWindow window;
-    for (size_t k = from; k < last; ++k) {
-      window.Look(chain, static_cast<int>(k), learned, /*at_all=*/false);
-      if (k >= first) (*covariances)[k] += window.Of(0);
-      window.Forget(1);
-    }
-  });
-}
-
-StateCovariance OpenBeforeTheLast(const SolvedChain& chain, const MotionParts& learned) {
-  const int last = chain.covariance.size() - 1;
-  OpenIntervals near;
-  if (chain.covariance.bandwidth() != 1) return near.Of(last);
-  MotionParts open = learned;  // one before those of which next to nothing is open adds less still
-  for (int k = last - 2; k >= std::max(last - kReach, 0) && (open.linear || open.angular); --k) {
-    OpenParts parts = OpenAfter(k, chain, open, last);
-    open = {!parts.linear.spreads.empty(), !parts.angular.spreads.empty()};
-    near.Add(std::move(parts));
-  }
-  return near.Of(last);
 }
 
 }  // namespace tagtwist::internal

@@ -7,7 +7,7 @@
 #include "estimator/graph/noise_model.h"
 #include "estimator/graph/track_segments.h"
 #include "estimator/graph/trajectory.h"
-#include "estimator/motion/open_intervals.h"
+#include "estimator/motion/open_motion_of_chain.h"
 #include "estimator/motion/repeated_images.h"
 #include "estimator/motion/tags_alone.h"
 #include "estimator/result/estimate.h"

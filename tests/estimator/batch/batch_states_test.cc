@@ -4,7 +4,7 @@
 
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/linear_system.h"
-#include "estimator/motion/open_intervals.h"
+#include "estimator/motion/open_motion_of_chain.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/prior_power.h"

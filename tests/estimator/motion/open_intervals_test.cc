@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "estimator/motion/motion_bank.h"
+#include "estimator/motion/open_motion_of_chain.h"
 #include "residuals/motion_residual.h"
 
 namespace tagtwist::internal::open_intervals_test {
