@@ -99,7 +99,7 @@ DEFINE_double(
 DEFINE_string(
     motion_prior, "",
     "What of the motion is white noise: acceleration, jerk, or auto: what a given density "
-    "says, else the likelier (in the window: jerk); empty: the config's.");
+    "says, else jerk with some acceleration, in batch the likelier; empty: the config's.");
 DEFINE_int32(threads, 0,
              "Images measured at once; 0: as many as the machine has cores. Results do not depend "
              "on it.");

@@ -48,6 +48,8 @@ py::dict ToNoise(const NoiseModel& noise) {
   out["linear_psd"] = noise.linear.psd;
   out["angular_white_noise_on"] = on(noise.angular);
   out["angular_psd"] = noise.angular.psd;
+  out["linear_shake_s"] = noise.linear.shake_s;
+  out["angular_shake_s"] = noise.angular.shake_s;
   out["source"] = NameOf(noise.source);
   return out;
 }

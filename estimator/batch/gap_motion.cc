@@ -58,9 +58,10 @@ void AddWindow(const NoiseModel& noise, const std::vector<GraphFrame>& frames, s
     return ToGraphState(frames[k].t_ns, frames[k].state, frames[k].acceleration);
   };
   const GraphState a = state(first), b = state(last);
-  const MotionResidual residual(ToSeconds(b.t_ns - a.t_ns),
-                                {noise.linear.on, window.motion.linear * noise.linear.psd},
-                                {noise.angular.on, window.motion.angular * noise.angular.psd});
+  const MotionResidual residual(
+      ToSeconds(b.t_ns - a.t_ns),
+      WithDensity(noise.linear, window.motion.linear * noise.linear.psd),
+      WithDensity(noise.angular, window.motion.angular * noise.angular.psd));
   const double* parameters[] = {a.pose.params.data(), a.rates.data(), b.pose.params.data(),
                                 b.rates.data()};
   Eigen::Matrix<double, 18, 1> r;
@@ -123,7 +124,10 @@ GapMotion MotionOver(const FrameRange& gap, const NoiseModel& noise, const Solut
     const int k = factor.blocks.front().index;
     if (k < gap.first || k >= gap.last) continue;
     if (!LinearizeFactor(solution.graph, factor, &linear)) continue;
-    AddMotionStatistic(linear, solution.covariance, k, noise, &sums);
+    const std::vector<GraphState>& states = solution.graph.states;
+    const auto first = static_cast<size_t>(k);
+    const double dt_s = ToSeconds(states[first + 1].t_ns - states[first].t_ns);
+    AddMotionStatistic(linear, solution.covariance, {k, dt_s, false}, noise, &sums);
   }
   GapMotion out{sums.linear, sums.angular};
   out.linear.sum /= noise.linear.psd;

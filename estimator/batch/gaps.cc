@@ -57,8 +57,10 @@ Eigen::Vector3d ExpectedTurn(const std::vector<GraphFrame>& frames, const FrameR
 
 // What the motion adds to a turn whose rates at both ends are known: a standard deviation.
 double OpenTurnSigma(const MotionPrior& angular, double dt_s) {
-  return std::sqrt(angular.psd * (angular.on == WhiteNoiseOn::kJerk ? std::pow(dt_s, 5) / 720
-                                                                    : std::pow(dt_s, 3) / 12));
+  const double of_acceleration = std::pow(dt_s, 3) / 12;
+  if (angular.on == WhiteNoiseOn::kAcceleration) return std::sqrt(angular.psd * of_acceleration);
+  return std::sqrt(angular.psd *
+                   (std::pow(dt_s, 5) / 720 + angular.shake_s * angular.shake_s * of_acceleration));
 }
 
 // Whether the body may have turned another way.

@@ -23,9 +23,9 @@ constexpr double kClearlyUneven = 10;
 PartLikelihoods BestOfOneDensity(const MotionHistory& history, const NoiseModel& noise) {
   PartLikelihoods best{-std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
   for (const double factor : {0.1, 0.3, 1.0, 3.0, 10.0}) {
-    const PartLikelihoods here =
-        history.Likelihoods(UnderOneDensity({noise.linear.on, factor * noise.linear.psd},
-                                            {noise.angular.on, factor * noise.angular.psd}));
+    const PartLikelihoods here = history.Likelihoods(
+        UnderOneDensity(WithDensity(noise.linear, factor * noise.linear.psd),
+                        WithDensity(noise.angular, factor * noise.angular.psd)));
     best = {std::max(best.linear, here.linear), std::max(best.angular, here.angular)};
   }
   return best;
@@ -78,7 +78,7 @@ bool FindMotion(const EstimatorSetup& setup, const NoiseModel& noise, GraphInput
   const MotionHistory history = HistoryOf(setup, noise, input->frames, false);
   if (!history.banks().is_measured()) return false;
   const PartLikelihoods one = BestOfOneDensity(history, noise),
-                        many = history.Likelihoods(MotionBanks(noise.linear.on, noise.angular.on));
+                        many = history.Likelihoods(MotionBanks(noise.linear, noise.angular));
   const MotionParts varying{many.linear > one.linear + kClearlyUneven,
                             many.angular > one.angular + kClearlyUneven};
   if (!varying.linear && !varying.angular) return false;

@@ -78,9 +78,8 @@ void SetCornerNoise(const EstimatorSetup& setup, double sigma_px, const TagDetec
 MotionPrior PriorOver(const MotionPrior& prior, double scale, bool breaks, double dt_s) {
   if (breaks) return PriorOverBreak(prior, dt_s);
   constexpr double kMostInformation = 1e18;  // corners may tell 1e7 / m^2
-  const double root = RootInformation({prior.on, 1.0}, dt_s)(0, 0);
-  return {prior.on, std::max(scale * prior.psd, root * root / kMostInformation),
-          prior.leaves_third_free};
+  const double root = RootInformation(WithDensity(prior, 1.0), dt_s)(0, 0);
+  return WithDensity(prior, std::max(scale * prior.psd, root * root / kMostInformation));
 }
 
 void SetMotionNoise(const Graph& graph, const NoiseModel& noise, Factor* factor) {

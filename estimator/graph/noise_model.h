@@ -41,14 +41,15 @@ inline void TieDensities(NoiseModel* noise) {
   const double square_m2 = noise->lever_m * noise->lever_m;
   noise->linear.psd = std::max(noise->linear.psd, square_m2 * noise->angular.psd);
   noise->angular.psd = noise->linear.psd / square_m2;
+  noise->linear.shake_s = noise->angular.shake_s = 0;
 }
 
 /// The prior of one part of a motion over an interval dt_s [s] that nothing leads over
 /// (MotionScale::breaks): of the density under which it leaves 100 m, or 100 rad, open.
 inline MotionPrior PriorOverBreak(const MotionPrior& prior, double dt_s) {
   constexpr double kInformation = 1e-4;
-  const double root = RootInformation({prior.on, 1.0}, dt_s)(0, 0);
-  return {prior.on, root * root / kInformation, prior.leaves_third_free};
+  const double root = RootInformation(WithDensity(prior, 1.0), dt_s)(0, 0);
+  return WithDensity(prior, root * root / kInformation);
 }
 
 }  // namespace internal

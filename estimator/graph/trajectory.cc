@@ -161,7 +161,7 @@ Interpolation Interpolate(const GraphState& first, const GraphState& second,
 std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
   if (states.empty()) return std::nullopt;
   const auto scaled = [](const MotionPrior& prior, double scale) {
-    return MotionPrior{prior.on, scale * prior.psd};
+    return WithDensity(prior, scale * prior.psd);
   };
   const auto at_end = [&](size_t k) -> StateAndCovariance {
     const double tau_s = ToSeconds(t_ns - states[k].t_ns);

@@ -184,7 +184,7 @@ void MotionBank::Mix(double dt_s) {
 void MotionBank::Predict(double dt_s) {
   Mix(dt_s);
   const Eigen::Matrix3d f = Transition(options_.on, dt_s);
-  Eigen::Matrix3d q = ProcessCovariance({options_.on, 1.0}, dt_s);
+  Eigen::Matrix3d q = ProcessCovariance({options_.on, 1.0, false, options_.shake_s}, dt_s);
   if (options_.on == WhiteNoiseOn::kAcceleration) q(2, 2) = 0;  // the idle acceleration
   for (size_t i = 0; i < filters_.size(); ++i) {
     Propagate(f, &filters_[i]);

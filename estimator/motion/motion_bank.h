@@ -10,6 +10,7 @@ namespace tagtwist::internal {
 /// What a MotionBank supposes of a motion.
 struct MotionBankOptions {
   WhiteNoiseOn on = WhiteNoiseOn::kJerk;
+  double shake_s = 0;           // MotionPrior::shake_s
   double least_density = 1e-8;  // of the calmest class, in units of MotionPrior::psd
   double ratio = 10;            // from a class to the next
   int classes = 17;
@@ -42,6 +43,9 @@ class MotionBank {
 
   /// The calmest class's density from now on; the others' go with it.
   void SetLeastDensity(double density);
+
+  /// MotionPrior::shake_s of all classes from now on.
+  void SetShake(double shake_s) { options_.shake_s = shake_s; }
 
   /// What is known of the classes besides; as many, with sum 1.
   void SetWeights(const std::vector<double>& weights) { weights_ = weights; }

@@ -8,8 +8,10 @@
 
 namespace tagtwist::internal {
 
-MotionBanks::MotionBanks(WhiteNoiseOn linear, WhiteNoiseOn angular)
-    : MotionBanks(LinearBankOptions(linear), AngularBankOptions(angular)) {}
+MotionBanks::MotionBanks(const MotionPrior& linear, const MotionPrior& angular)
+    : MotionBanks(LinearBankOptions(linear.on), AngularBankOptions(angular.on)) {
+  SetShakes(linear.shake_s, angular.shake_s);
+}
 
 MotionBanks::MotionBanks(const MotionBankOptions& linear, const MotionBankOptions& angular)
     : linear_(linear), angular_(angular) {}
@@ -77,6 +79,11 @@ void MotionBanks::SetWeights(const Weights& weights) {
   angular_.SetWeights(weights.angular);
 }
 
+void MotionBanks::SetShakes(double linear_s, double angular_s) {
+  linear_.SetShake(linear_s);
+  angular_.SetShake(angular_s);
+}
+
 void MotionBanks::SetDensities(const Densities& densities) {
   linear_.SetLeastDensity(densities.linear);
   angular_.SetLeastDensity(densities.angular);
@@ -96,6 +103,8 @@ MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angula
   MotionBankOptions of_linear = LinearBankOptions(linear.on),
                     of_angular = AngularBankOptions(angular.on);
   of_linear.classes = of_angular.classes = 1;
+  of_linear.shake_s = linear.shake_s;
+  of_angular.shake_s = angular.shake_s;
   of_linear.least_density = linear.psd;
   of_angular.least_density = angular.psd;
   return {of_linear, of_angular};
@@ -122,10 +131,16 @@ std::vector<MotionBanks::Densities> WithNeighbours(const std::vector<MotionBanks
 
 MotionHistory::MotionHistory(const NoiseModel& noise, bool keeps_past)
     : keeps_past_(keeps_past),
-      banks_(noise.linear.on, noise.angular.on),
+      banks_(noise.linear, noise.angular),
       fresh_(banks_),
       rivals_{{1, UnderOneDensity(noise.linear, noise.angular)},
               {0.1, UnderOneDensity(noise.linear, noise.angular)}} {}
+
+void MotionHistory::TakeShakes(const NoiseModel& noise) {
+  for (MotionBanks* banks : {&banks_, &fresh_, &rivals_[0].single, &rivals_[1].single}) {
+    banks->SetShakes(noise.linear.shake_s, noise.angular.shake_s);
+  }
+}
 
 void MotionHistory::Compare(const MotionBanks::Densities& densities, const Frame& frame) {
   static constexpr double kFade = 1 - 1.0 / 100, kMost = 40;
@@ -180,6 +195,7 @@ void MotionHistory::Add(const EstimatorSetup& setup, const NoiseModel& noise,
             frame.motion.breaks,
             {}};
   const bool goes_on = GoesOn(setup, frame);
+  TakeShakes(noise);
   if (out.pose && !out.pose->is_consensus && !(goes_on && out.pose->fits)) out.pose.reset();
   if (out.breaks) banks_ = Anew(banks_);
   if (out.pose) {

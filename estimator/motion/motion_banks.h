@@ -31,8 +31,9 @@ class MotionBanks {
     double dt_s = 0;  // since the frame before
   };
 
-  MotionBanks() : MotionBanks(WhiteNoiseOn::kJerk, WhiteNoiseOn::kJerk) {}
-  MotionBanks(WhiteNoiseOn linear, WhiteNoiseOn angular);
+  MotionBanks() : MotionBanks(MotionPrior(), MotionPrior()) {}
+  /// Of whatever density.
+  MotionBanks(const MotionPrior& linear, const MotionPrior& angular);
   MotionBanks(const MotionBankOptions& linear, const MotionBankOptions& angular);
 
   /// Goes on to the next frame. Stamps must grow, or, of a bank that comes from the future, fall.
@@ -55,6 +56,8 @@ class MotionBanks {
   PartLikelihoods log_likelihoods() const;
   /// What is known of the classes besides.
   void SetWeights(const Weights& weights);
+  /// MotionPrior::shake_s from now on.
+  void SetShakes(double linear_s, double angular_s);
   /// A bank of one class: its density from now on.
   void SetDensities(const Densities& densities);
   /// What the variances of the last state lack in a filter with the mean densities: large while it
@@ -122,6 +125,7 @@ class MotionHistory {
     bool breaks = false;  // MotionScale
     MotionBanks::Prediction past;
   };
+  void TakeShakes(const NoiseModel& noise);
   void Compare(const MotionBanks::Densities& densities, const Frame& frame);
 
   // One density, and what the bank has over it, fading.

@@ -83,7 +83,7 @@ StateCovariance OfPart(const Classes& before, const MotionPrior& prior, double d
       innovation.information.block<3, 3>(x, x));
   const Innovation frame{eigen.eigenvectors(), eigen.eigenvalues().cwiseMax(0.0),
                          eigen.eigenvectors().transpose() * innovation.score.segment<3>(x)};
-  Eigen::Matrix3d unit = ProcessCovariance({prior.on, 1.0}, dt_s);
+  Eigen::Matrix3d unit = ProcessCovariance(WithDensity(prior, 1.0), dt_s);
   if (prior.on == WhiteNoiseOn::kAcceleration) unit(2, 2) = 0;  // the idle acceleration
   const Further further = FurtherMotion(before, frame, unit(0, 0), prior.psd);
   StateCovariance out = StateCovariance::Zero();

@@ -15,14 +15,15 @@ constexpr double kLongestStepOfDeviation = 1.15;
 
 NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& updated) {
   const auto logs = [](const NoiseModel& m) {
-    return std::array<double, 4>{std::log(m.corner_sigma_px), std::log(m.track_sigma_px),
-                                 std::log(m.linear.psd), std::log(m.angular.psd)};
+    const auto log = [](double shake_s) { return shake_s > 0 ? std::log(shake_s) : 0; };
+    return Logs{std::log(m.corner_sigma_px), std::log(m.track_sigma_px), std::log(m.linear.psd),
+                std::log(m.angular.psd),     log(m.linear.shake_s),      log(m.angular.shake_s)};
   };
-  const std::array<double, 4> from = logs(before), to = logs(updated);
-  std::array<double, 4> step{}, extra{};
-  for (size_t i = 0; i < 4; ++i) step[i] = to[i] - from[i];
+  const Logs from = logs(before), to = logs(updated);
+  Logs step{}, extra{};
+  for (size_t i = 0; i < step.size(); ++i) step[i] = to[i] - from[i];
   if (!last_step_) {
-    for (size_t i = 0; i < 4; ++i) {
+    for (size_t i = 0; i < step.size(); ++i) {
       if (step[i] * jump_[i] < 0 && std::abs(step[i]) > std::abs(jump_[i]) / 2) {
         went_too_far_[i] = true;
       }
@@ -30,11 +31,11 @@ NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& 
     last_step_ = step;
     return updated;
   }
-  for (size_t i = 0; i < 4; ++i) {
+  for (size_t i = 0; i < step.size(); ++i) {
     const double shrink = (*last_step_)[i] == 0 ? 0 : step[i] / (*last_step_)[i];
     // A deviation whose step was cut short (UpdateNoise) says little of where it would end: after a
     // jump from there that went too far another one would bring it back to where it came from.
-    const bool is_deviation = i < 2;
+    const bool is_deviation = i < 2 || i >= 4;
     const bool is_cut_short = std::abs((*last_step_)[i]) > kLongestStepOfDeviation;
     if (is_deviation && is_cut_short && went_too_far_[i]) continue;
     // Only a steady geometric approach is carried on, and not beyond what can be believed. A
@@ -52,6 +53,8 @@ NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& 
   out.track_sigma_px *= std::exp(extra[1]);
   out.linear.psd *= std::exp(extra[2]);
   out.angular.psd *= std::exp(extra[3]);
+  out.linear.shake_s *= std::exp(extra[4]);
+  out.angular.shake_s *= std::exp(extra[5]);
   return out;
 }
 

@@ -16,9 +16,10 @@ class NoiseExtrapolation {
   NoiseModel Next(const NoiseModel& before, const NoiseModel& updated);
 
  private:
-  std::optional<std::array<double, 4>> last_step_;  // of the logarithms, in the round before
-  std::array<double, 4> jump_{};                    // what the last one added to its round's step
-  std::array<bool, 4> went_too_far_{};              // once, so that the next round came back
+  using Logs = std::array<double, 6>;   // of sigmas, densities and shakes
+  std::optional<Logs> last_step_;       // of the logarithms, in the round before
+  Logs jump_{};                         // what the last one added to its round's step
+  std::array<bool, 6> went_too_far_{};  // once, so that the next round came back
 };
 
 }  // namespace tagtwist::internal

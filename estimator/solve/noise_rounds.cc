@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "estimator/graph/noise_model.h"
-#include "estimator/solve/chain_statistics.h"
 #include "estimator/solve/contradictions.h"
 #include "estimator/solve/noise_extrapolation.h"
+#include "estimator/solve/noise_statistics.h"
 #include "estimator/solve/quadratic_chain.h"
 
 namespace tagtwist::internal {

@@ -11,6 +11,9 @@ namespace {
 
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 constexpr WhiteNoiseOn kBothPriors[] = {WhiteNoiseOn::kAcceleration, WhiteNoiseOn::kJerk};
+const MotionPrior kAllPriors[] = {{WhiteNoiseOn::kAcceleration, 0.7},
+                                  {WhiteNoiseOn::kJerk, 0.7},
+                                  {WhiteNoiseOn::kJerk, 0.7, false, 0.05}};
 
 class Motion : public Residuals {
  protected:
@@ -74,8 +77,8 @@ TEST_F(Motion, IsZeroOnConstantAcceleration) {
 
 TEST_F(Motion, SquaredNormIsMahalanobisDistanceUnderTheProcessCovariance) {
   constexpr double kDt = 0.04;
-  for (const WhiteNoiseOn on : kBothPriors) {
-    const MotionPrior linear{on, 0.7}, angular{on, 3.0};
+  for (const MotionPrior& prior : kAllPriors) {
+    const MotionPrior linear = WithDensity(prior, 0.7), angular = WithDensity(prior, 3.0);
     Eigen::Matrix3d e_linear, e_angular;  // columns: the quantity and its derivatives
     e_linear << 0.01 * Vec(), 0.1 * Vec(), Vec();
     e_angular << 0.01 * Vec(), 0.2 * Vec(), Vec();
@@ -104,13 +107,31 @@ TEST_F(Motion, SquaredNormIsMahalanobisDistanceUnderTheProcessCovariance) {
 
 // Two steps in a row are one: the mean carries on, the noise of the first is carried by the second.
 TEST_F(Motion, ProcessCovarianceAddsUpOverTime) {
-  for (const WhiteNoiseOn on : kBothPriors) {
-    const MotionPrior prior{on, 0.7};
-    const Eigen::Matrix3d f = Transition(on, 0.3);
-    EXPECT_LT((f * Transition(on, 0.2) - Transition(on, 0.5)).norm(), 1e-12);
+  for (const MotionPrior& prior : kAllPriors) {
+    const Eigen::Matrix3d f = Transition(prior.on, 0.3);
+    EXPECT_LT((f * Transition(prior.on, 0.2) - Transition(prior.on, 0.5)).norm(), 1e-12);
     const Eigen::Matrix3d q =
         f * ProcessCovariance(prior, 0.2) * f.transpose() + ProcessCovariance(prior, 0.3);
     EXPECT_LT((q - ProcessCovariance(prior, 0.5)).norm(), 1e-12);
+  }
+}
+
+// The covariance of a motion with a shake is that of one without and that of white noise on
+// acceleration; whitened, the shake's is diagonal.
+TEST_F(Motion, TheShakeIsAShareOfEachWhitenedEntry) {
+  constexpr double kDt = 0.05;
+  for (const double shake_s : {0.0, 0.001, 0.03, 2.0}) {
+    const MotionPrior prior{WhiteNoiseOn::kJerk, 0.7, false, shake_s};
+    const MotionPrior acceleration{WhiteNoiseOn::kAcceleration, 0.7 * shake_s * shake_s};
+    Eigen::Matrix3d shake = ProcessCovariance(acceleration, kDt);
+    shake(2, 2) = 0;
+    const Eigen::Matrix3d w = RootInformation(prior, kDt);
+    EXPECT_LT(
+        (ProcessCovariance(prior, kDt) - ProcessCovariance({WhiteNoiseOn::kJerk, 0.7}, kDt) - shake)
+            .norm(),
+        1e-12);
+    const Eigen::Matrix3d share = ShareOfShake(prior, kDt).matrix().asDiagonal();
+    EXPECT_LT((w * shake * w.transpose() - share).norm(), 1e-10) << shake_s;
   }
 }
 

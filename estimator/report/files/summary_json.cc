@@ -75,7 +75,9 @@ Json NoiseJson(const NoiseModel& noise, const FrameTally& frames) {
           {"linear_prior", Name(noise.linear.on)},
           {"angular_prior", Name(noise.angular.on)},
           {"jerk_psd", linear_jerk ? Json(noise.linear.psd) : Json(nullptr)},
-          {"angular_jerk_psd", angular_jerk ? Json(noise.angular.psd) : Json(nullptr)}};
+          {"angular_jerk_psd", angular_jerk ? Json(noise.angular.psd) : Json(nullptr)},
+          {"shake_s", noise.linear.shake_s},
+          {"angular_shake_s", noise.angular.shake_s}};
 }
 
 // Standard deviations.

@@ -35,9 +35,10 @@ TEST(Summary, HasTheDesignedKeys) {
                                    "accuracy", "dataset", "inputs", "taken", "configuration",
                                    "status", "warnings", "version"));
   EXPECT_THAT(Keys(s["reprojection_px"]), ElementsAre("median", "p95"));
-  EXPECT_THAT(Keys(s["noise"]), ElementsAre("corner_sigma_px", "track_sigma_px", "accel_psd",
-                                            "angular_accel_psd", "source", "linear_prior",
-                                            "angular_prior", "jerk_psd", "angular_jerk_psd"));
+  EXPECT_THAT(Keys(s["noise"]),
+              ElementsAre("corner_sigma_px", "track_sigma_px", "accel_psd", "angular_accel_psd",
+                          "source", "linear_prior", "angular_prior", "jerk_psd", "angular_jerk_psd",
+                          "shake_s", "angular_shake_s"));
   EXPECT_THAT(
       Keys(s["systematic"]),
       ElementsAre("field_sigma_px", "tag_sigma_m", "bias_sigma_px", "position_sigma_m",

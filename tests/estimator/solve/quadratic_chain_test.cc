@@ -6,7 +6,8 @@
 #include <cmath>
 
 #include "estimator/graph/noise_model.h"
-#include "estimator/solve/chain_statistics.h"
+#include "estimator/solve/noise_learning.h"
+#include "estimator/solve/noise_statistics.h"
 #include "estimator/solve/smoother.h"
 #include "estimator/start/recording_start.h"
 #include "tests/support/flights/exact_model.h"

@@ -31,7 +31,7 @@ struct FullState {
 Eigen::Matrix3d DrawNoise(const MotionPrior& prior, double dt_s, Draw* draw) {
   Eigen::Matrix3d normal;
   for (int i = 0; i < 3; ++i) normal.col(i) = draw->Normal3();
-  const Eigen::Matrix3d root = ProcessCovariance({prior.on, 1.0}, dt_s).llt().matrixL();
+  const Eigen::Matrix3d root = ProcessCovariance(WithDensity(prior, 1.0), dt_s).llt().matrixL();
   Eigen::Matrix3d noise = std::sqrt(prior.psd) * normal * root.transpose();
   if (prior.on == WhiteNoiseOn::kAcceleration) noise.col(2).setZero();  // idle
   return noise;
