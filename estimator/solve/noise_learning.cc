@@ -77,7 +77,7 @@ MotionPrior InitialPrior(MotionPriorChoice choice, const std::optional<double>& 
   if (choice == MotionPriorChoice::kAcceleration) on = WhiteNoiseOn::kAcceleration;
   if (choice == MotionPriorChoice::kJerk) on = WhiteNoiseOn::kJerk;
   MotionPrior out{on, on == WhiteNoiseOn::kJerk ? start_jerk : start_accel};
-  constexpr double kStartShakeS = 0.01;
+  constexpr double kStartShakeS = 0.001;
   if (on == WhiteNoiseOn::kJerk && choice == MotionPriorChoice::kAuto) out.shake_s = kStartShakeS;
   return out;
 }
