@@ -62,13 +62,16 @@ std::string WhatWasDone(const Estimate& e, const ReportInput& input) {
 
 std::string NoiseText(const Estimate& e) {
   const NoiseModel& n = e.noise;
-  const bool jerk = n.linear.on == WhiteNoiseOn::kJerk;
-  const bool angular_jerk = n.angular.on == WhiteNoiseOn::kJerk;
-  std::string out = Format(
-      "Noise (%s): corners %.3g px, tracks %.3g px, %s %.3g %s, angular %s %.3g %s.",
-      NameOf(n.source), n.corner_sigma_px, n.track_sigma_px, jerk ? "jerk" : "acceleration",
-      n.linear.psd, jerk ? "(m/s^3)^2/Hz" : "(m/s^2)^2/Hz", angular_jerk ? "jerk" : "acceleration",
-      n.angular.psd, angular_jerk ? "(rad/s^3)^2/Hz" : "(rad/s^2)^2/Hz");
+  const auto density = [](const MotionPrior& prior, const char* unit) {
+    const bool jerk = prior.on == WhiteNoiseOn::kJerk;
+    const std::string shake =
+        prior.shake_s > 0 ? Format(" with a tremor of %.2g ms", 1e3 * prior.shake_s) : "";
+    return Format("%s %.3g (%s/s^%d)^2/Hz%s", jerk ? "jerk" : "acceleration", prior.psd, unit,
+                  jerk ? 3 : 2, shake.c_str());
+  };
+  std::string out = Format("Noise (%s): corners %.3g px, tracks %.3g px, %s, angular %s.",
+                           NameOf(n.source), n.corner_sigma_px, n.track_sigma_px,
+                           density(n.linear, "m").c_str(), density(n.angular, "rad").c_str());
   if (!e.reprojection_px.empty()) {
     out += Format(
         " Corners lie %.3f px (median; 95 %% below %.3f px) from where the estimate puts "

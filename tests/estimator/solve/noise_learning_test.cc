@@ -31,5 +31,24 @@ TEST(NoiseLearning, StatesNanosecondsApartKeepADensityThatCanBeReckonedWith) {
   }
 }
 
+// The shake grows while its share of the residuals is larger than the rest's, and no further than a
+// hand's tremor; where no state sees several tags, or the options say jerk, there is next to none.
+TEST(NoiseLearning, TheShakeFollowsItsShareOfTheResiduals) {
+  NoiseStatistics statistics;
+  statistics.motions = 100;
+  statistics.motion_s = 2;
+  statistics.linear = statistics.angular = {1e3, 1e3};
+  statistics.angular_shake = {{801, 99}, {99, 99}};
+  NoiseModel noise = InitialNoise({});
+  noise.linear.shake_s = noise.angular.shake_s = 0.004;
+  const NoiseModel once = UpdateNoise(noise, statistics, {});
+  EXPECT_NEAR(once.angular.shake_s, 0.004 * std::sqrt(8.02), 1e-9);
+  EXPECT_NEAR(once.linear.shake_s, 0.002, 1e-12);  // a tenth of the interval
+  EXPECT_NEAR(UpdateNoise(once, statistics, {}).angular.shake_s, 0.02, 1e-12);
+  EstimatorOptions jerk;
+  jerk.motion_prior = MotionPriorChoice::kJerk;
+  EXPECT_EQ(UpdateNoise(InitialNoise(jerk), statistics, jerk).angular.shake_s, 0);
+}
+
 }  // namespace
 }  // namespace tagtwist::internal::noise_learning_test
