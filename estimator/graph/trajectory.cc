@@ -156,6 +156,11 @@ Interpolation Interpolate(const GraphState& first, const GraphState& second,
   return out;
 }
 
+// What rounding makes of a product that is symmetric, where some entries are 1e12 times others.
+StateCovariance Symmetric(const StateCovariance& covariance) {
+  return 0.5 * (covariance + covariance.transpose());
+}
+
 }  // namespace
 
 std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
@@ -170,7 +175,7 @@ std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
         Interpolate(states[k], states[k], Outside(scaled(linear, scale.linear), tau_s),
                     Outside(scaled(angular, scale.angular), tau_s));
     const auto jacobian = at.jacobian.leftCols<kSize>();
-    return {at.state, jacobian * covariances[k] * jacobian.transpose() + at.conditional};
+    return {at.state, Symmetric(jacobian * covariances[k] * jacobian.transpose() + at.conditional)};
   };
   if (t_ns <= states.front().t_ns) return at_end(0);
   if (t_ns >= states.back().t_ns) return at_end(states.size() - 1);
@@ -190,8 +195,8 @@ std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
   Eigen::Matrix<double, 2 * kSize, 2 * kSize> joint;
   joint << covariances[k], cross_covariances[k].transpose(), cross_covariances[k],
       covariances[k + 1];
-  return StateAndCovariance{at.state,
-                            at.jacobian * joint * at.jacobian.transpose() + at.conditional};
+  return StateAndCovariance{
+      at.state, Symmetric(at.jacobian * joint * at.jacobian.transpose() + at.conditional)};
 }
 
 }  // namespace tagtwist
