@@ -35,7 +35,7 @@ NoiseModel NoiseExtrapolation::Next(const NoiseModel& before, const NoiseModel& 
     const double shrink = (*last_step_)[i] == 0 ? 0 : step[i] / (*last_step_)[i];
     // A deviation whose step was cut short (UpdateNoise) says little of where it would end: after a
     // jump from there that went too far another one would bring it back to where it came from.
-    const bool is_deviation = i < 2 || i >= 4;
+    const bool is_deviation = i != 2 && i != 3;  // but the densities
     const bool is_cut_short = std::abs((*last_step_)[i]) > kLongestStepOfDeviation;
     if (is_deviation && is_cut_short && went_too_far_[i]) continue;
     // Only a steady geometric approach is carried on, and not beyond what can be believed. A
