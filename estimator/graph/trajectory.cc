@@ -1,5 +1,6 @@
 #include "estimator/graph/trajectory.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
@@ -156,9 +157,19 @@ Interpolation Interpolate(const GraphState& first, const GraphState& second,
   return out;
 }
 
-// What rounding makes of a product that is symmetric, where some entries are 1e12 times others.
-StateCovariance Symmetric(const StateCovariance& covariance) {
-  return 0.5 * (covariance + covariance.transpose());
+// J P J' + C by P's root: where the states have far more in common than they leave open between
+// them, as positions that no tag tells, the sum of P's products would be rounding, and less than
+// none.
+template <int kColumns>
+StateCovariance Propagated(const Eigen::Matrix<double, 12, kColumns>& jacobian,
+                           const Eigen::Matrix<double, kColumns, kColumns>& covariance,
+                           const StateCovariance& conditional) {
+  const Eigen::LDLT<Eigen::Matrix<double, kColumns, kColumns>> ldlt(covariance);
+  Eigen::Matrix<double, kColumns, 12> root = ldlt.transpositionsP() * jacobian.transpose();
+  root = (ldlt.matrixU() * root).eval();
+  root = (ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal() * root).eval();
+  const StateCovariance out = root.transpose() * root + conditional;
+  return 0.5 * (out + out.transpose());
 }
 
 }  // namespace
@@ -174,8 +185,8 @@ std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
     const Interpolation at =
         Interpolate(states[k], states[k], Outside(scaled(linear, scale.linear), tau_s),
                     Outside(scaled(angular, scale.angular), tau_s));
-    const auto jacobian = at.jacobian.leftCols<kSize>();
-    return {at.state, Symmetric(jacobian * covariances[k] * jacobian.transpose() + at.conditional)};
+    return {at.state,
+            Propagated<kSize>(at.jacobian.leftCols<kSize>(), covariances[k], at.conditional)};
   };
   if (t_ns <= states.front().t_ns) return at_end(0);
   if (t_ns >= states.back().t_ns) return at_end(states.size() - 1);
@@ -195,8 +206,7 @@ std::optional<StateAndCovariance> Trajectory::At(int64_t t_ns) const {
   Eigen::Matrix<double, 2 * kSize, 2 * kSize> joint;
   joint << covariances[k], cross_covariances[k].transpose(), cross_covariances[k],
       covariances[k + 1];
-  return StateAndCovariance{
-      at.state, Symmetric(at.jacobian * joint * at.jacobian.transpose() + at.conditional)};
+  return StateAndCovariance{at.state, Propagated<2 * kSize>(at.jacobian, joint, at.conditional)};
 }
 
 }  // namespace tagtwist

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <cmath>
+#include <utility>
 
 #include "estimator/batch/batch.h"
 #include "estimator/solve/noise_learning.h"
@@ -147,6 +149,34 @@ TEST_P(TrajectoryTest, LongWithoutTagsTheCovarianceStaysTrue) {
     const StateVector e = Difference(result->frames[i].state, flight.truth[i]);
     EXPECT_LT(e.dot(result->frames[i].covariance.llt().solve(e)), 35.0) << i;
     EXPECT_GT(result->frames[i].covariance.trace(), 4 * result->frames[10].covariance.trace()) << i;
+  }
+}
+
+// Where no tag says where two states are, both may be anywhere together, and the twist between them
+// is as well known as if they were known to be here, as far as the covariances' digits go.
+TEST_P(TrajectoryTest, WhatTwoStatesHaveInCommonSaysNothingOfTheTwistBetween) {
+  ExactModelOptions model = Model();
+  model.frames = 6;
+  model.rate_hz = 10;
+  const ExactModelFlight flight = DrawFlight(model);
+  const auto result = RunBatch(CourseSetUp(), GivenNoise(model), flight.measurements);
+  ASSERT_TRUE(result) << result.error().message;
+  for (const auto& [anywhere_m, most] : {std::pair(1e3, 0.01), std::pair(1e12, 2.0)}) {
+    Trajectory anywhere = result->trajectory;
+    Block common = Block::Zero();
+    common.block<3, 3>(3, 3).diagonal().setConstant(anywhere_m * anywhere_m);
+    for (Block& covariance : anywhere.covariances) covariance += common;
+    for (Block& covariance : anywhere.cross_covariances) covariance += common;
+    for (const int64_t offset_ns : {1'000'000, 50'000'000, 99'000'000}) {
+      const int64_t t_ns = flight.measurements[2].t_ns + offset_ns;
+      const StateVector here = result->trajectory.At(t_ns)->covariance.diagonal(),
+                        there = anywhere.At(t_ns)->covariance.diagonal();
+      EXPECT_GT(there.minCoeff(), 0);
+      const Eigen::ArrayXd ratio = there.cwiseQuotient(here);
+      EXPECT_LT(ratio.tail<6>().log().abs().maxCoeff(), most) << anywhere_m << " " << offset_ns;
+      EXPECT_LT(ratio.head<3>().log().abs().maxCoeff(), most) << anywhere_m << " " << offset_ns;
+      EXPECT_NEAR(std::sqrt(there(3)) / anywhere_m, 1, 1e-6);
+    }
   }
 }
 
