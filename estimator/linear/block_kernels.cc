@@ -2,43 +2,11 @@
 
 #include <cmath>
 
-// Each kernel is written once and compiled twice: with vectors of two doubles for every machine,
-// and with those of four and fused products for machines that have them.
-#if defined(__x86_64__)
-#define TAGTWIST_WIDE __attribute__((target("avx2,fma")))
-#else
-#define TAGTWIST_WIDE
-#endif
-#define TAGTWIST_INLINE inline __attribute__((always_inline))
+#include "estimator/linear/lanes.h"
 
 namespace tagtwist::internal {
 namespace {
 
-// So many doubles; in memory they may lie anywhere.
-template <int kLanes>
-struct Lanes;
-template <>
-struct Lanes<4> {
-  using Vector = double __attribute__((vector_size(32)));
-  struct __attribute__((packed, may_alias)) InMemory {
-    Vector lanes;
-  };
-};
-template <>
-struct Lanes<2> {
-  using Vector = double __attribute__((vector_size(16)));
-  struct __attribute__((packed, may_alias)) InMemory {
-    Vector lanes;
-  };
-};
-
-bool HasWideVectors() {
-#if defined(__x86_64__)
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#else
-  return false;
-#endif
-}
 const bool kIsWide = HasWideVectors();
 
 // The last rows of a column, an even number of them, in registers.
@@ -232,6 +200,3 @@ BlockVector SolvedTransposed(const Block& l, const BlockVector& x) {
 }
 
 }  // namespace tagtwist::internal
-
-#undef TAGTWIST_INLINE
-#undef TAGTWIST_WIDE

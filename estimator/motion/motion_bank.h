@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "estimator/motion/class_filters.h"
 #include "residuals/motion_prior.h"
 
 namespace tagtwist::internal {
@@ -29,10 +30,9 @@ MotionBankOptions AngularBankOptions(WhiteNoiseOn on);
 /// measurements of x say; what is asked of the bank is the density.
 class MotionBank {
  public:
-  using State = Eigen::Matrix<double, 9, 1>;
+  using State = ClassFilters::State;
   using Covariance = Eigen::Matrix<double, 9, 9>;
-  /// A class's mean, then its covariance: the six blocks of the upper triangle, by columns.
-  using Filter = Eigen::Matrix<double, 64, 1>;
+  using Filter = ClassFilters::Filter;
 
   explicit MotionBank(const MotionBankOptions& options = {});
 
@@ -69,11 +69,11 @@ class MotionBank {
   static Covariance CovarianceOf(const Filter& filter);
   /// As of time that runs the other way, and x measured from -origin.
   static void TurnTime(const Eigen::Vector3d& origin, Filter* filter);
-  size_t size() const { return filters_.size(); }
+  size_t size() const { return weights_.size(); }
   const MotionBankOptions& options() const { return options_; }
 
   /// The mixture's.
-  State Mean() const;
+  State Mean() const { return filters_.Mean(weights_); }
   Covariance MixtureCovariance() const;
   /// By how much the mixture's variances of x and of dx/dt (the mean of the axes) exceed those of a
   /// filter with the mean density: >= 0, large while it is open which class holds.
@@ -82,15 +82,14 @@ class MotionBank {
   /// x is from now on measured from another origin: x becomes x - origin.
   void MoveOrigin(const Eigen::Vector3d& origin);
   /// The same along other axes: x becomes rotation * x.
-  void TurnOrigin(const Eigen::Matrix3d& rotation);
+  void TurnOrigin(const Eigen::Matrix3d& rotation) { filters_.Turn(rotation); }
 
  private:
-  Filter Fresh() const;
   void Mix(double dt_s);
 
   MotionBankOptions options_;
   std::vector<double> densities_, weights_;
-  std::vector<Filter> filters_;
+  ClassFilters filters_;
   double log_likelihood_ = 0;
 };
 

@@ -16,10 +16,6 @@ MotionBanks::MotionBanks(const MotionPrior& linear, const MotionPrior& angular)
 MotionBanks::MotionBanks(const MotionBankOptions& linear, const MotionBankOptions& angular)
     : linear_(linear), angular_(angular) {}
 
-MotionBanks::Densities MotionBanks::DensitiesOf(const Weights& weights) const {
-  return {linear_.DensityOf(weights.linear), angular_.DensityOf(weights.angular)};
-}
-
 MotionBanks::Prediction MotionBanks::prediction() const {
   constexpr double kLeastWeight = 1e-5;
   return {linear_.Classes(kLeastWeight), angular_.Classes(kLeastWeight), reference_, dt_s_};
@@ -35,13 +31,18 @@ MotionBanks::Densities MotionBanks::DensitiesAfter(const Prediction& past) const
   };
   const Eigen::Vector3d turned =
       LogSo3(past.reference.rotation().conjugate() * reference_.rotation());
-  return DensitiesOf(
-      {of(past.linear, linear_, Eigen::Vector3d::Zero()), of(past.angular, angular_, turned)});
+  Densities out;
+  if (follows_.linear) {
+    out.linear = linear_.DensityOf(of(past.linear, linear_, Eigen::Vector3d::Zero()));
+  }
+  if (follows_.angular) out.angular = angular_.DensityOf(of(past.angular, angular_, turned));
+  return out;
 }
 
 // The reference turns as the mean does; what the classes know of the attitude turns with it.
 void MotionBanks::PredictBy(double dt_s) {
-  linear_.Predict(dt_s);
+  if (follows_.linear) linear_.Predict(dt_s);
+  if (!follows_.angular) return;
   const MotionBank::State mean = angular_.Mean();
   const Eigen::Vector3d turn = mean.segment<3>(3) * dt_s + 0.5 * dt_s * dt_s * mean.segment<3>(6);
   angular_.TurnOrigin(ExpSo3(-turn).toRotationMatrix());
@@ -60,13 +61,14 @@ void MotionBanks::Predict(int64_t t_ns) {
 void MotionBanks::Measure(const PoseMeasurement& pose) {
   const Pose& measured = pose.world_from_body;
   if (!is_measured()) reference_ = measured;
-  linear_.Measure(measured.translation(), pose.position_covariance);
+  ++n_measured_;
+  if (follows_.linear) linear_.Measure(measured.translation(), pose.position_covariance);
+  if (!follows_.angular) return;
   angular_.Measure(LogSo3(reference_.rotation().conjugate() * measured.rotation()),
                    pose.attitude_covariance);
   const Eigen::Vector3d off = angular_.Mean().head<3>();
   angular_.MoveOrigin(off);
   reference_ = MakePose(reference_.rotation() * ExpSo3(off), measured.translation());
-  ++n_measured_;
 }
 
 PartLikelihoods MotionBanks::log_likelihoods() const {
@@ -216,6 +218,7 @@ const MotionBanks::Prediction* MotionHistory::LastPrediction() const {
 MotionBanks MotionHistory::Anew(const MotionBanks& from) const {
   MotionBanks out = fresh_;
   out.SetWeights(from.weights());
+  out.FollowOnly(from.follows());
   return out;
 }
 
@@ -265,9 +268,10 @@ std::vector<MotionBanks::Prediction> MotionHistory::PastOf(size_t first, size_t 
   return out;
 }
 
-std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
+std::vector<MotionBanks::Densities> MotionHistory::FromBothSides(const MotionParts& wanted) const {
   std::vector<MotionBanks::Densities> out(frames_.size(), banks_.densities());
   MotionBanks backwards = fresh_;
+  backwards.FollowOnly(wanted);
   backwards.SetWeights(banks_.weights());  // the future goes on as the present is
   if (keeps_past_) {
     for (size_t k = frames_.size(); k-- > 0;) {
@@ -279,6 +283,7 @@ std::vector<MotionBanks::Densities> MotionHistory::FromBothSides() const {
     constexpr size_t kStretch = 64;
     std::vector<MotionBanks> before;  // each stretch
     MotionBanks banks = fresh_;
+    banks.FollowOnly(wanted);
     for (size_t first = 0; first < frames_.size(); first += kStretch) {
       before.push_back(banks);
       PastOf(first, std::min(first + kStretch, frames_.size()), &banks);

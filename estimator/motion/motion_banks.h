@@ -9,6 +9,11 @@
 
 namespace tagtwist::internal {
 
+/// Some of a motion's parts.
+struct MotionParts {
+  bool linear = false, angular = false;
+};
+
 /// Logarithms of likelihoods, of each part of a motion.
 struct PartLikelihoods {
   double linear = 0, angular = 0;
@@ -44,7 +49,6 @@ class MotionBanks {
   bool is_measured() const { return n_measured_ > 0; }
   /// Over the interval that ends with the last frame.
   Densities densities() const { return {linear_.Density(), angular_.Density()}; }
-  Densities DensitiesOf(const Weights& weights) const;
   /// Of the classes after the last frame.
   Weights weights() const { return {linear_.weights(), angular_.weights()}; }
   /// After Predict.
@@ -56,6 +60,9 @@ class MotionBanks {
   PartLikelihoods log_likelihoods() const;
   /// What is known of the classes besides.
   void SetWeights(const Weights& weights);
+  /// Of the other part nothing is followed from now on, and nothing it says counts.
+  void FollowOnly(const MotionParts& parts) { follows_ = parts; }
+  const MotionParts& follows() const { return follows_; }
   /// MotionPrior::shake_s from now on.
   void SetShakes(double linear_s, double angular_s);
   /// A bank of one class: its density from now on.
@@ -72,6 +79,7 @@ class MotionBanks {
   int64_t last_ns_ = 0;
   double dt_s_ = 0;  // to it
   int n_measured_ = 0;
+  MotionParts follows_ = {true, true};
 };
 
 /// Over position and attitude under one density each.
@@ -114,8 +122,9 @@ class MotionHistory {
   const MotionBanks::Prediction* LastPrediction() const;
   /// Log-likelihoods of the frames under a bank that knows nothing yet.
   PartLikelihoods Likelihoods(MotionBanks bank) const;
-  /// The densities over the intervals that end with each frame, from the past and the future.
-  std::vector<MotionBanks::Densities> FromBothSides() const;
+  /// The densities over the intervals that end with each frame, from the past and the future; only
+  /// the `wanted` parts' are of use.
+  std::vector<MotionBanks::Densities> FromBothSides(const MotionParts& wanted) const;
 
  private:
   static constexpr double kClearly = 5;  // beyond doubt

@@ -21,7 +21,7 @@ MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& o
 
 void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const MotionParts& varying,
                 std::vector<GraphFrame>* frames) {
-  const auto densities = history.FromBothSides();
+  const auto densities = history.FromBothSides(varying);
   for (size_t k = 0; k < frames->size(); ++k) {
     MotionScale& motion = (*frames)[k].motion;
     motion = MotionScale{1, 1, motion.breaks};

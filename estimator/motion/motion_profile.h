@@ -10,13 +10,9 @@ namespace tagtwist::internal {
 MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
                         const std::vector<GraphFrame>& frames, bool keeps_past);
 
-/// Which parts of the motion have a density of their own in each interval.
-struct MotionParts {
-  bool linear = false, angular = false;
-};
-/// Those whose density the options do not give.
+/// The parts whose density the options do not give.
 MotionParts LearnedParts(const EstimatorOptions& options);
-/// Those of them of which the history says so.
+/// Those of them that have a density of their own in each interval, of which the history says so.
 MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& options);
 
 /// Gives every frame of the history the scale of its motion, in multiples of the noise's densities:

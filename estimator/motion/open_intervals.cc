@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "estimator/linear/block_kernels.h"
 #include "estimator/motion/motion_bank.h"
 #include "residuals/motion_residual.h"
 
@@ -17,11 +19,13 @@ constexpr int kDecades = 10;     // above the chain's density
 constexpr double kLittle = 0.1;  // of a variance: what is not worth its work
 constexpr double kBeyond = 12;   // below the likeliest density: livelier ones are as good as none
 
+using Square = Eigen::Matrix<double, 9, 9>;
+
 // The motion over an interval, linearised.
 struct LinearMotion {
   Eigen::Matrix<double, 18, 1> residual;
-  Eigen::Matrix<double, 18, 36> jacobian;
-  double log_prior = 0;  // that one density was livelier
+  Block of_first, of_second;  // its derivatives by the states at the interval's ends
+  double log_prior = 0;       // that one density was livelier
 };
 
 LinearMotion MotionAfter(int state, const SolvedChain& chain, double dt_s) {
@@ -34,56 +38,49 @@ LinearMotion MotionAfter(int state, const SolvedChain& chain, double dt_s) {
                                            to.pose.params.data(), to.rates.data()};
   const MotionBankOptions bank;
   LinearMotion out;
-  MotionResidual(dt_s, linear, angular).Linearize(at.data(), &out.residual, &out.jacobian);
+  Eigen::Matrix<double, 18, 36> jacobian;
+  MotionResidual(dt_s, linear, angular).Linearize(at.data(), &out.residual, &jacobian);
+  out.of_first = jacobian.leftCols<kBlockSize>();
+  out.of_second = jacobian.rightCols<kBlockSize>();
   out.log_prior = std::log(-std::expm1(-dt_s / bank.switch_s) / bank.classes);
   return out;
 }
 
-// A part of it: its rows, by the columns that enter them.
-template <int kRows>
-struct MotionPart {
-  using Square = Eigen::Matrix<double, kRows, kRows>;
-  Eigen::Matrix<double, kRows, 1> r;
-  Eigen::Matrix<double, kRows, 18> j;
-  Square known;  // J P J'
+// What the states at the ends have in common with the residual, -J P (whatever its sign, for all
+// that is asked of it are squares), and what they know of it, J P J'.
+struct Response {
+  Block first = Block::Zero(), second = Block::Zero(), known = Block::Zero();
 };
 
-template <int kRows>
-MotionPart<kRows> PartOf(const LinearMotion& motion, const MotionResidual::Part& part, int state,
-                         const BlockBandedMatrix& covariance) {
-  MotionPart<kRows> out;
-  Eigen::Matrix<double, 18, 18> p;
-  out.r = motion.residual.template segment<kRows>(part.first_row);
-  for (int a = 0; a < 6; ++a) {
-    const int of_a = a / 3, column_a = part.columns[static_cast<size_t>(a % 3)];
-    out.j.template middleCols<3>(3 * a) =
-        motion.jacobian.template block<kRows, 3>(part.first_row, kBlockSize * of_a + column_a);
-    for (int b = 0; b <= a; ++b) {
-      const int of_b = b / 3, column_b = part.columns[static_cast<size_t>(b % 3)];
-      const auto block =
-          covariance.At(state + of_a, state + of_b).template block<3, 3>(column_a, column_b);
-      p.template block<3, 3>(3 * a, 3 * b) = block;
-      if (b < a) p.template block<3, 3>(3 * b, 3 * a) = block.transpose();
-    }
-  }
-  const Eigen::Matrix<double, 18, kRows> p_j = p.lazyProduct(out.j.transpose());
-  out.known = out.j.lazyProduct(p_j);
+Response ResponseTo(const LinearMotion& motion, int state, const BlockBandedMatrix& covariance) {
+  const Block& between = covariance.At(state + 1, state);
+  Response out;
+  SubtractProduct(motion.of_first, covariance.At(state, state), &out.first);
+  SubtractProduct(motion.of_second, between, &out.first);
+  SubtractProductTransposed(motion.of_first, between, &out.second);
+  SubtractProduct(motion.of_second, covariance.At(state + 1, state + 1), &out.second);
+  SubtractProductTransposed(out.first, motion.of_first, &out.known);
+  SubtractProductTransposed(out.second, motion.of_second, &out.known);
   return out;
 }
 
-// The same along axes that are independent of one another.
+// A part's rows of the residual along axes that are independent of one another.
 template <int kRows>
 struct Axes {
-  typename MotionPart<kRows>::Square directions;
+  Eigen::Matrix<double, kRows, kRows> directions;
   Eigen::Matrix<double, kRows, 1> r;
   Eigen::Array<double, kRows, 1> m;  // I - J P J', which is diagonal there
 };
 
 template <int kRows>
-Axes<kRows> AxesOf(const MotionPart<kRows>& part, double least_share) {
-  const Eigen::SelfAdjointEigenSolver<typename MotionPart<kRows>::Square> known(part.known);
-  return {known.eigenvectors(), known.eigenvectors().transpose() * part.r,
-          (1 - known.eigenvalues().array()).max(least_share).min(1.0)};
+Axes<kRows> AxesOf(const LinearMotion& motion, const Block& known, int first_row,
+                   double least_share) {
+  const Eigen::Matrix<double, kRows, kRows> of_part =
+      known.block<kRows, kRows>(first_row, first_row);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kRows, kRows>> eigen(of_part);
+  return {eigen.eigenvectors(),
+          eigen.eigenvectors().transpose() * motion.residual.segment<kRows>(first_row),
+          (1 - eigen.eigenvalues().array()).max(least_share).min(1.0)};
 }
 
 // s - 1 of s = 10^(i + 1).
@@ -103,58 +100,23 @@ size_t LogWeights(const Axes<kRows>& axes, double log_prior, std::array<double, 
   return kDecades;
 }
 
-// What each state gets of what the states at an interval's ends do, in both directions as far as it
-// is told of, from `first_wanted` on. E[z z'] by its root: where a state is well known much of z
-// cancels there, and rounding would leave less than none.
-template <int kRows>
-void Reach(int state, int first_wanted, const BlockBandedMatrix& covariance,
-           const Eigen::Matrix<double, kRows, 36>& jacobian,
-           const typename MotionPart<kRows>::Square& root, OpenInterval* out) {
-  using Response = Eigen::Matrix<double, kBlockSize, kRows>;
-  const auto add = [&](int k, const Response& response) {
-    if (k < first_wanted) return;
-    const Eigen::Matrix<double, 12, kRows> of_body =
-        response.template topRows<12>().lazyProduct(root);
-    out->spreads.push_back(of_body.lazyProduct(of_body.transpose()));
-  };
-  const auto of_first = jacobian.template leftCols<kBlockSize>().transpose(),
-             of_second = jacobian.template rightCols<kBlockSize>().transpose();
-  const Block& between = covariance.At(state + 1, state);
-  Response response = covariance.At(state, state) * of_first + between.transpose() * of_second;
-  const Response of_state = response;
-  out->first_state = std::max({state + 1 - OpenIntervals::kReach, first_wanted, 0});
-  out->spreads.reserve(2 * OpenIntervals::kReach);
-  for (int k = state; --k >= out->first_state;) {
-    const Response solved = covariance.At(k + 1, k + 1).ldlt().solve(response);
-    response = covariance.At(k + 1, k).transpose() * solved;
-    add(k, response);
-  }
-  std::reverse(out->spreads.begin(), out->spreads.end());
-  add(state, of_state);
-  response = between * of_first + covariance.At(state + 1, state + 1) * of_second;
-  add(state + 1, response);
-  for (int k = state + 2; k < covariance.size() && k <= state + OpenIntervals::kReach; ++k) {
-    const Response solved = covariance.At(k - 1, k - 1).ldlt().solve(response);
-    response = covariance.At(k, k - 1) * solved;
-    add(k, response);
-  }
-}
-
-// E[z z'] where the motion was livelier, along the axes, and how likely that is.
-template <int kRows>
+// How likely it is that the motion was livelier, and what z then does.
 struct Livelier {
-  typename MotionPart<kRows>::Square second;
-  double log_weight;
-  bool adds_little;  // to any variance: P J' E[z z'] J P is at most |E[z z']| P
+  double log_weight = -std::numeric_limits<double>::infinity();
+  // E[z z'] by its root: where a state is well known much of z cancels there, and rounding would
+  // leave less than none. On acceleration the third entry is idle.
+  Square root = Square::Zero();
 };
 
+// Nothing where it adds little to any variance: P J' E[z z'] J P is at most |E[z z']| P.
 template <int kRows>
-Livelier<kRows> LivelierThan(const Axes<kRows>& axes, double log_prior) {
+std::optional<Livelier> LivelierAlong(const Axes<kRows>& axes, double log_prior) {
+  using SquareOfPart = Eigen::Matrix<double, kRows, kRows>;
   std::array<double, kDecades> logs;
   const size_t n = LogWeights(axes, log_prior, &logs);
   const double most = *std::max_element(logs.begin(), logs.begin() + n);
   double sum = 0, square = 0;
-  auto second = MotionPart<kRows>::Square::Zero().eval();
+  SquareOfPart second = SquareOfPart::Zero();
   for (size_t i = 0; i < n; ++i) {
     const double weight = std::exp(logs[i] - most);
     const auto variance = (More(i) / (1 + More(i) * axes.m)).eval();
@@ -164,33 +126,77 @@ Livelier<kRows> LivelierThan(const Axes<kRows>& axes, double log_prior) {
     square += weight * (mean.squaredNorm() + variance.maxCoeff());
     sum += weight;
   }
-  return {second / sum, most + std::log(sum), square / (sum + std::exp(-most)) < kLittle};
-}
-
-template <int kRows>
-OpenInterval OpenPart(int state, const SolvedChain& chain, int first_wanted,
-                      const LinearMotion& motion, const MotionResidual::Part& which) {
-  const Axes<kRows> axes =
-      AxesOf(PartOf<kRows>(motion, which, state, chain.covariance), chain.least_share);
-  const Livelier<kRows> livelier = LivelierThan(axes, motion.log_prior);
-  OpenInterval out;
-  if (livelier.adds_little) return out;
-  const Eigen::LLT<typename MotionPart<kRows>::Square> llt(livelier.second);
-  if (llt.info() != Eigen::Success) return out;
-  out.log_weight = livelier.log_weight;
-  const typename MotionPart<kRows>::Square root = llt.matrixL();
-  Reach<kRows>(state, first_wanted, chain.covariance,
-               motion.jacobian.template middleRows<kRows>(which.first_row), axes.directions * root,
-               &out);
+  if (square / (sum + std::exp(-most)) < kLittle) return std::nullopt;
+  const Eigen::LLT<SquareOfPart> llt(second / sum);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  Livelier out;
+  out.log_weight = most + std::log(sum);
+  out.root.topLeftCorner<kRows, kRows>() = axes.directions * SquareOfPart(llt.matrixL());
   return out;
 }
 
-OpenInterval OpenPart(int state, const SolvedChain& chain, int first_wanted,
-                      const LinearMotion& motion, const MotionResidual::Part& which,
-                      const MotionPrior& prior) {
-  // On acceleration the third entry is idle.
-  return prior.on == WhiteNoiseOn::kJerk ? OpenPart<9>(state, chain, first_wanted, motion, which)
-                                         : OpenPart<6>(state, chain, first_wanted, motion, which);
+std::optional<Livelier> LivelierPart(const LinearMotion& motion, const Block& known, int first_row,
+                                     const MotionPrior& prior, double least_share) {
+  return prior.on == WhiteNoiseOn::kJerk
+             ? LivelierAlong(AxesOf<9>(motion, known, first_row, least_share), motion.log_prior)
+             : LivelierAlong(AxesOf<6>(motion, known, first_row, least_share), motion.log_prior);
+}
+
+// What a state answers, given what its neighbour does: P_k = P (P of the neighbour)^-1 P_neighbour.
+bool CarryBack(int to, const BlockBandedMatrix& covariance, Block* response) {
+  Block l = covariance.At(to + 1, to + 1), out = Block::Zero();
+  if (!FactorInPlace(&l)) return false;
+  SolveRightTransposed(l, response);
+  SolveRight(l, response);
+  SubtractProduct(*response, covariance.At(to + 1, to), &out);
+  *response = out;
+  return true;
+}
+
+bool CarryOn(int to, const BlockBandedMatrix& covariance, Block* response) {
+  Block l = covariance.At(to - 1, to - 1), out = Block::Zero();
+  if (!FactorInPlace(&l)) return false;
+  SolveRightTransposed(l, response);
+  SolveRight(l, response);
+  SubtractProductTransposed(*response, covariance.At(to, to - 1), &out);
+  *response = out;
+  return true;
+}
+
+// What each state gets of what the states at an interval's ends do, in both directions as far as it
+// is told of, from `first_wanted` on.
+void Spread(int state, int first_wanted, const BlockBandedMatrix& covariance, Response response,
+            const std::optional<Livelier>& angular, const std::optional<Livelier>& linear,
+            OpenParts* out) {
+  const int first = std::max({state + 1 - OpenIntervals::kReach, first_wanted, 0}),
+            end = std::min(state + OpenIntervals::kReach + 1, covariance.size());
+  const auto begin = [&](const std::optional<Livelier>& livelier, OpenInterval* open) {
+    if (!livelier) return;
+    open->log_weight = livelier->log_weight;
+    open->first_state = first;
+    open->spreads.assign(static_cast<size_t>(std::max(end - first, 0)), StateCovariance::Zero());
+  };
+  const auto add = [&](const std::optional<Livelier>& livelier, int first_row,
+                       const Block& of_state, int k, OpenInterval* open) {
+    if (!livelier || k < first) return;
+    const Eigen::Matrix<double, 12, 9> of_body =
+        of_state.block<9, 12>(first_row, 0).transpose().lazyProduct(livelier->root);
+    open->spreads[static_cast<size_t>(k - first)] = of_body.lazyProduct(of_body.transpose());
+  };
+  const auto add_both = [&](const Block& of_state, int k) {
+    add(angular, MotionResidual::kAngular.first_row, of_state, k, &out->angular);
+    add(linear, MotionResidual::kLinear.first_row, of_state, k, &out->linear);
+  };
+  begin(angular, &out->angular);
+  begin(linear, &out->linear);
+  add_both(response.first, state);
+  for (int k = state - 1; k >= first && CarryBack(k, covariance, &response.first); --k) {
+    add_both(response.first, k);
+  }
+  add_both(response.second, state + 1);
+  for (int k = state + 2; k < end && CarryOn(k, covariance, &response.second); ++k) {
+    add_both(response.second, k);
+  }
 }
 
 StateCovariance SpreadOf(int state, const std::vector<OpenInterval>& intervals) {
@@ -225,13 +231,15 @@ OpenParts OpenAfter(int state, const SolvedChain& chain, const MotionParts& lear
   OpenParts out;
   if (to.motion.breaks || !(dt_s > 0)) return out;
   const LinearMotion motion = MotionAfter(state, chain, dt_s);
-  if (learned.angular) {
-    out.angular =
-        OpenPart(state, chain, first_wanted, motion, MotionResidual::kAngular, chain.noise.angular);
-  }
-  if (learned.linear) {
-    out.linear =
-        OpenPart(state, chain, first_wanted, motion, MotionResidual::kLinear, chain.noise.linear);
+  const Response response = ResponseTo(motion, state, chain.covariance);
+  const auto livelier = [&](const MotionResidual::Part& part, const MotionPrior& prior) {
+    return LivelierPart(motion, response.known, part.first_row, prior, chain.least_share);
+  };
+  std::optional<Livelier> angular, linear;
+  if (learned.angular) angular = livelier(MotionResidual::kAngular, chain.noise.angular);
+  if (learned.linear) linear = livelier(MotionResidual::kLinear, chain.noise.linear);
+  if (angular || linear) {
+    Spread(state, first_wanted, chain.covariance, response, angular, linear, &out);
   }
   return out;
 }
