@@ -67,20 +67,12 @@ void MotionBank::Mix(double dt_s) {
   const size_t n = weights_.size();
   if (n < 2) return;
   const double stay = std::exp(-dt_s / options_.switch_s);
-  const State centre = Mean();
-  std::vector<double> stays(n), leaves(n);  // weight that goes to each class that may follow
+  std::vector<double> leaves(n);  // weight that goes to each class that may follow
   for (size_t i = 0; i < n; ++i) {
     const double others = static_cast<double>(n - 1 - i) + (i > 0 ? 1 : 0);
-    stays[i] = stay * weights_[i];
     leaves[i] = (1 - stay) * weights_[i] / others;
   }
-  double lower = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const double above = i + 1 < n ? leaves[i + 1] : 0;
-    weights_[i] = stays[i] + lower + above + kLeastWeight;
-    lower += leaves[i];
-  }
-  filters_.Mix(stays, leaves, weights_, centre);
+  filters_.Mix(stay, leaves, Mean(), &weights_);
   Normalise(&weights_);
 }
 
@@ -92,21 +84,20 @@ void MotionBank::Predict(double dt_s) {
 }
 
 void MotionBank::Measure(const Eigen::Vector3d& x, const Eigen::Matrix3d& covariance) {
-  std::vector<double> logs;
-  filters_.Update(x, covariance, &logs);
-  for (size_t i = 0; i < logs.size(); ++i) {
-    if (!std::isfinite(logs[i])) {  // what no number holds any more
+  filters_.Update(x, covariance);
+  for (size_t i = 0; i < size(); ++i) {               // from weights to their logarithms
+    if (!std::isfinite(filters_.LogLikelihood(i))) {  // what no number holds any more
       filters_.Set(i, Fresh(options_));
-      logs[i] = filters_.UpdateOne(i, x, covariance);
+      filters_.UpdateOne(i, x, covariance);
     }
-    logs[i] += std::log(weights_[i]);
+    weights_[i] = std::log(weights_[i]) + filters_.LogLikelihood(i);
   }
-  const double most = *std::max_element(logs.begin(), logs.end());
+  const double most = *std::max_element(weights_.begin(), weights_.end());
   double sum = 0;
-  for (size_t i = 0; i < logs.size(); ++i) {
-    weights_[i] = std::exp(logs[i] - most);
-    sum += weights_[i];
-    weights_[i] = std::max(weights_[i], kLeastWeight);
+  for (double& weight : weights_) {
+    weight = std::exp(weight - most);
+    sum += weight;
+    weight = std::max(weight, kLeastWeight);
   }
   log_likelihood_ = most + std::log(sum);
   Normalise(&weights_);

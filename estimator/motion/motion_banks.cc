@@ -26,16 +26,17 @@ MotionBanks::Densities MotionBanks::DensitiesAfter(const Prediction& past) const
   const double keep = std::exp(-past.dt_s / kKeepS);
   const auto of = [keep](const std::vector<MotionBank::Class>& before, const MotionBank& after,
                          const Eigen::Vector3d& origin) {
-    return WeightsFromBothSides(before, InForwardTime(after.Classes(kLeastWeight), origin),
-                                after.options().on, keep, after.size());
+    return after.DensityOf(WeightsFromBothSides(before,
+                                                InForwardTime(after.Classes(kLeastWeight), origin),
+                                                after.options().on, keep, after.size()));
   };
-  const Eigen::Vector3d turned =
-      LogSo3(past.reference.rotation().conjugate() * reference_.rotation());
+  const Pose& then = past.reference;
   Densities out;
-  if (follows_.linear) {
-    out.linear = linear_.DensityOf(of(past.linear, linear_, Eigen::Vector3d::Zero()));
+  if (follows_.linear) out.linear = of(past.linear, linear_, Eigen::Vector3d::Zero());
+  if (follows_.angular) {
+    out.angular =
+        of(past.angular, angular_, LogSo3(then.rotation().conjugate() * reference_.rotation()));
   }
-  if (follows_.angular) out.angular = angular_.DensityOf(of(past.angular, angular_, turned));
   return out;
 }
 
@@ -86,11 +87,6 @@ void MotionBanks::SetShakes(double linear_s, double angular_s) {
   angular_.SetShake(angular_s);
 }
 
-void MotionBanks::SetDensities(const Densities& densities) {
-  linear_.SetLeastDensity(densities.linear);
-  angular_.SetLeastDensity(densities.angular);
-}
-
 StateVector MotionBanks::ExcessVariances() const {
   const Eigen::Vector2d linear = linear_.ExcessVariance(), angular = angular_.ExcessVariance();
   StateVector out;
@@ -102,14 +98,13 @@ StateVector MotionBanks::ExcessVariances() const {
 }
 
 MotionBanks UnderOneDensity(const MotionPrior& linear, const MotionPrior& angular) {
-  MotionBankOptions of_linear = LinearBankOptions(linear.on),
-                    of_angular = AngularBankOptions(angular.on);
-  of_linear.classes = of_angular.classes = 1;
-  of_linear.shake_s = linear.shake_s;
-  of_angular.shake_s = angular.shake_s;
-  of_linear.least_density = linear.psd;
-  of_angular.least_density = angular.psd;
-  return {of_linear, of_angular};
+  const auto one = [](MotionBankOptions options, const MotionPrior& prior) {
+    options.classes = 1;
+    options.shake_s = prior.shake_s;
+    options.least_density = prior.psd;
+    return options;
+  };
+  return {one(LinearBankOptions(linear.on), linear), one(AngularBankOptions(angular.on), angular)};
 }
 
 namespace {

@@ -66,7 +66,10 @@ class MotionBanks {
   /// MotionPrior::shake_s from now on.
   void SetShakes(double linear_s, double angular_s);
   /// A bank of one class: its density from now on.
-  void SetDensities(const Densities& densities);
+  void SetDensities(const Densities& densities) {
+    linear_.SetLeastDensity(densities.linear);
+    angular_.SetLeastDensity(densities.angular);
+  }
   /// What the variances of the last state lack in a filter with the mean densities: large while it
   /// is open how lively the motion is.
   StateVector ExcessVariances() const;

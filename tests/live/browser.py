@@ -108,7 +108,7 @@ class Page:
             raise RuntimeError(json.dumps(out['exceptionDetails'])[:500])
         return out['result'].get('value')
 
-    def wait(self, script, timeout_s=30):
+    def wait(self, script, timeout_s=120):
         end = time.monotonic() + timeout_s
         while time.monotonic() < end:
             if self.run(script):

@@ -114,7 +114,7 @@ WATCH_ROWS = '''(() => {
 
 
 def check_end(page, run, was_good):
-    page.wait('document.getElementById("status").textContent === "good"', timeout_s=60)
+    page.wait('document.getElementById("status").textContent === "good"', timeout_s=300)
     found = page.run(FOUND)
     print(found)
     first_known = [row for row in found['rows'] if row[3] != '–']  # the first model may have had fewer numbers
@@ -126,7 +126,7 @@ def check_end(page, run, was_good):
         value, sigma = numbers[name]
         assert abs(value - true) < 5 * sigma and sigma < 2, (name, value, sigma)
     assert found['next'] == [] and 'nothing speaks against it' in found['words'], found
-    assert run.process.wait(timeout=60) == 0, run.process.stderr.read()
+    assert run.process.wait(timeout=300) == 0, run.process.stderr.read()
     with open(run.path('camera.html'), encoding='utf-8') as file:
         report = file.read()
     assert 'nothing speaks against it' in report and '<svg' in report and 'fx [px]' in report
@@ -158,7 +158,7 @@ def main():
             check_page(page)
             if not phone:
                 check_keys(page)
-                page.wait('window.atFirstRows !== undefined', timeout_s=60)
+                page.wait('window.atFirstRows !== undefined', timeout_s=300)
                 first = page.run('window.atFirstRows')
                 assert (first['status'] == 'good') == (first['next'] == 0), first  # else it says what is missing
             if shots:
