@@ -191,9 +191,9 @@ Result<Estimate> BatchEstimator::Impl::SolveBy(const std::optional<ImuRecord>& i
   const std::vector<Eigen::VectorXd> of_imu = TakeImu(
       setup_, imu, measurements, *starts, {&state_of_frame, &open, &input, &*solution}, &out);
   stages.Next("covariance");
-  std::vector<StateCovariance> covariances = out.imu
-                                                 ? BodyCovariances(solution->covariance)
-                                                 : StateCovariances(setup_, out.noise, *solution);
+  std::vector<StateCovariance> covariances =
+      out.imu ? BodyCovariances(solution->covariance)
+              : StateCovariances(setup_, out.noise, input.frames, *solution);
   out.trajectory =
       MakeTrajectory(solution->graph.states, std::move(solution->covariance), out.noise);
   AddSharedErrors(of_imu, &out.trajectory, &covariances);

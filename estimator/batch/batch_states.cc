@@ -5,6 +5,7 @@
 #include "estimator/graph/pose_bound.h"
 #include "estimator/motion/motion_profile.h"
 #include "estimator/motion/open_motion_of_chain.h"
+#include "estimator/motion/unfollowed_motion.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/prior_power.h"
 #include "estimator/systematic/systematic_errors.h"
@@ -63,6 +64,7 @@ std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance
 }
 
 std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
+                                              const std::vector<GraphFrame>& frames,
                                               const Solution& solution) {
   std::vector<StateCovariance> out;
   if (MotionIsLearned(setup.options)) {
@@ -73,6 +75,8 @@ std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const
   if (out.empty()) out = BodyCovariances(solution.covariance);
   AddOpenMotion({solution.graph.states, solution.covariance, noise}, LearnedParts(setup.options),
                 setup.for_ranges, &out);
+  AddUnfollowedMotion(setup, noise.corner_sigma_px, LearnedParts(setup.options),
+                      solution.graph.states, frames, &out);
   return out;
 }
 

@@ -38,8 +38,9 @@ GraphInput InputOfStates(const std::vector<int>& state_of_frame,
 std::vector<StateCovariance> BodyCovariances(const BlockBandedMatrix& covariance);
 
 /// Covariances of all states of a solution; where the prior's densities are learned, scaled by its
-/// power, and with what is open of the motion's liveliness.
+/// power, and with what is open of the motion's liveliness and what of it the states do not follow.
 std::vector<StateCovariance> StateCovariances(const EstimatorSetup& setup, const NoiseModel& noise,
+                                              const std::vector<GraphFrame>& frames,
                                               const Solution& solution);
 
 /// These states with their covariances. Takes the covariance's place: of long recordings both would

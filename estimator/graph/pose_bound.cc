@@ -49,6 +49,7 @@ std::optional<PoseInformation> InformationOfTags(const EstimatorSetup& setup,
     if (!cost.Linearize(world_from_body.params.data(), &residual, &whitened)) return std::nullopt;
     out.information += whitened.transpose().lazyProduct(whitened);
     out.score -= whitened.transpose().lazyProduct(residual);
+    out.squared += residual.squaredNorm();
   }
   return out;
 }

@@ -14,6 +14,7 @@ namespace tagtwist::internal {
 struct PoseInformation {
   PoseCovariance information = PoseCovariance::Zero();
   PoseStep score = PoseStep::Zero();  // where they would have the pose, times the information
+  double squared = 0;                 // r' R^-1 r
 };
 /// nullopt where a corner lies behind the camera.
 std::optional<PoseInformation> InformationOfTags(const EstimatorSetup& setup,

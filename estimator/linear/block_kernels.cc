@@ -7,8 +7,6 @@
 namespace tagtwist::internal {
 namespace {
 
-const bool kIsWide = HasWideVectors();
-
 // The last rows of a column, an even number of them, in registers.
 template <int kLanes, int kRows>
 struct Rows {

@@ -37,12 +37,12 @@ struct Lanes<1> {
 };
 
 /// Whether this machine has what TAGTWIST_WIDE asks for.
-inline bool HasWideVectors() {
+inline const bool kIsWide = [] {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #else
   return false;
 #endif
-}
+}();
 
 }  // namespace tagtwist::internal

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/motion/class_filters.h"
+#include "estimator/linear/class_filters.h"
 #include "residuals/motion_prior.h"
 
 namespace tagtwist::internal {

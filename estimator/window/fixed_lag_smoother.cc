@@ -145,6 +145,7 @@ void FixedLagSmoother::LetTheOldestLeave(std::vector<FrameEstimate>* lagged) {
   LookForOpenMotion(/*at_all=*/false);
   Tell(0, lagged);
   LearnFromLeavingState();
+  LearnWhatIsNotFollowed();
   if (mirror_is_open_) {
     const auto mirror = MirrorOf(setup_, noise_, hypotheses_.front().input.frames.front());
     if (mirror) mirror_cost_of_left_ += mirror->cost;

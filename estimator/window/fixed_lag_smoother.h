@@ -10,6 +10,7 @@
 #include "estimator/motion/open_motion_of_chain.h"
 #include "estimator/motion/repeated_images.h"
 #include "estimator/motion/tags_alone.h"
+#include "estimator/motion/unfollowed_motion.h"
 #include "estimator/result/estimate.h"
 #include "estimator/result/rig_tally.h"
 #include "estimator/result/tag_audit.h"
@@ -108,6 +109,7 @@ class FixedLagSmoother {
   StateVector ExcessVariances(const WindowHypothesis& hypothesis) const;
   StateCovariance OpenAtArrival(const Block& covariance) const;
   void LookForOpenMotion(bool at_all);
+  void LearnWhatIsNotFollowed();
   SolveOptions StepOptions(const TimeUp& time_up = {}) const;
   Status SolveAll(const TimeUp& time_up);
   void JudgeByShape(std::vector<TagDetection>* tags);
@@ -147,6 +149,7 @@ class FixedLagSmoother {
   bool began_too_soon_ = false;               // the window, with the latest frame
   PredictionCheck prediction_check_;          // of the frames that left
   WindowPower power_;                         // of the frames that left
+  UnfollowedByWindow unfollowed_motion_;      // by the states that left
   OpenMotionOfWindow open_motion_;            // what it leaves open of the states in the window
   NoiseStatistics statistics_;                // of the frames that left, fading
   bool has_learned_ = false;

@@ -189,6 +189,14 @@ StateCovariance FixedLagSmoother::OpenAtArrival(const Block& covariance) const {
              {solution.graph.states, solution.covariance, noise_, SolvedChain::kOfWindow}, learned);
 }
 
+void FixedLagSmoother::LearnWhatIsNotFollowed() {
+  if (hypotheses_.size() > 1) return;
+  const GraphFrame& leaving = hypotheses_.front().input.frames.front();
+  const auto shown = ShownBy(setup_, noise_.corner_sigma_px, leaving.t_ns,
+                             leaving.state.world_from_body, leaving.tags);
+  if (shown) unfollowed_motion_.Add(*shown);
+}
+
 void FixedLagSmoother::LookForOpenMotion(bool at_all) {
   const WindowHypothesis& likeliest = hypotheses_.front();
   if (hypotheses_.size() > 1 || HasTracks(setup_, likeliest.input)) return;

@@ -5,6 +5,7 @@
 #include "estimator/batch/uneven_motion.h"
 #include "estimator/graph/linear_system.h"
 #include "estimator/motion/open_motion_of_chain.h"
+#include "estimator/motion/unfollowed_motion.h"
 #include "estimator/solve/noise_learning.h"
 #include "estimator/solve/noise_rounds.h"
 #include "estimator/solve/prior_power.h"
@@ -38,10 +39,13 @@ void ExpectTheSame(const Graph& graph, const Graph& before) {
 TEST(StateCovariances, AreScaledByThePowerThatTheGraphShows) {
   TakeOff flight;
   const PriorPower prior = FindPriorPower(flight.solution.graph);
-  const auto found = StateCovariances(flight.draw.setup, flight.noise, flight.solution);
+  const auto found =
+      StateCovariances(flight.draw.setup, flight.noise, flight.input.frames, flight.solution);
   auto expected = WithPriorPower(prior.statistic.Power(), prior);
   AddOpenMotion({flight.solution.graph.states, flight.solution.covariance, flight.noise},
                 {true, true}, InOneRange, &expected);
+  AddUnfollowedMotion(flight.draw.setup, flight.noise.corner_sigma_px, {true, true},
+                      flight.solution.graph.states, flight.input.frames, &expected);
   EXPECT_EQ(found, expected);
 }
 

@@ -62,10 +62,14 @@ void ExpectHonest(Situation situation, unsigned seed) {
   // other while since a gap no two have agreed.
   const size_t open = situation == Situation::kTwinApart ? 40 : 0;
   EXPECT_LE(current.without, 1 + open);
-  // A buzz of less than a frame's own noise shows in no frame, and is not told apart from noise:
-  // the twist is too sure.
-  if (situation == Situation::kVibration) return;
   EXPECT_LE(lagged.without, open);
+  // A buzz of less than a frame's own noise shows in no frame, and in many only where it is not far
+  // less: the twist may be too sure.
+  if (situation == Situation::kVibration) {
+    EXPECT_LT(current.nees, 3.0);
+    EXPECT_LT(lagged.nees, 30.0);
+    return;
+  }
   // Stamps that move a calm body by less than a frame's noise tell of themselves only over seconds.
   const bool is_told_late = situation == Situation::kJitter || situation == Situation::kLate;
   EXPECT_LT(lagged.nees, is_told_late ? 5.0 : 2.0);
@@ -82,6 +86,21 @@ TEST_P(Situations, TheWindowIsNeverSurelyWrong) { ExpectHonest(GetParam(), 1); }
 // More draws of the same, in release alone: one of each kind is enough for a sanitizer.
 TEST_P(Situations, SlowTheWindowIsNeverSurelyWrongInOtherDraws) {
   for (const unsigned seed : {2U, 3U, 4U, 5U}) ExpectHonest(GetParam(), seed);
+}
+
+// Slips of some millimetres within tens of milliseconds, below a frame's noise: what the states do
+// not follow is in their covariances. It takes a second or two to show (the window), and a state
+// whose frames have just slipped is still too sure.
+TEST(StickSlip, StatesAreNotSureOfTheMeanMotion) {
+  for (const unsigned seed : {31U, 32U, 33U}) {
+    const SituationDraw draw = DrawSituation(Situation::kStickSlip, seed);
+    const auto batch = RunBatch(SetUpOf(draw.setup), {}, draw.measurements);
+    ASSERT_TRUE(batch);
+    const SituationScore of_batch = Judge(draw, batch->frames),
+                         lagged = Judge(draw, RunWindow(draw.setup, draw.measurements).lagged);
+    EXPECT_LT(of_batch.nees, 5) << seed << " " << Text(of_batch);
+    EXPECT_LT(lagged.nees, 200) << seed << " " << Text(lagged);
+  }
 }
 
 // A small tag seen nearly face-on: which way the body swung no frame tells, and a state that took

@@ -1,4 +1,4 @@
-#include "estimator/motion/class_filters.h"
+#include "estimator/linear/class_filters.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "estimator/motion/class_filters.h"
+#include "estimator/linear/class_filters.h"
 
 #include <array>
 #include <cmath>
@@ -8,8 +8,6 @@
 
 namespace tagtwist::internal {
 namespace {
-
-const bool kIsWide = HasWideVectors();
 
 // All classes: side by side those of which there are as many, then one by one.
 template <int kLanes, class Step>
