@@ -35,25 +35,25 @@ class Whitened {
     };
     root_ = llt.matrixL();
     next_ = whitened(part.next, part.weight_of_pairs);
-    eigen_.compute(whitened(part.square, part.weight));
+    square_ = whitened(part.square, part.weight);
   }
 
-  // Beyond what chance leaves of the largest of three directions, and twice its spread.
+  // Beyond what chance leaves of the largest of three directions, once in some thousand times.
   bool StandsOut() const {
     if (!is_known_) return false;
-    const double n = part_.frames;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> next(next_, Eigen::EigenvaluesOnly);
-    return eigen_.eigenvalues()(2) > std::pow(1 + std::sqrt(3 / n), 2) + 2 / std::sqrt(n) ||
-           next.eigenvalues()(2) > 3.5 / std::sqrt(part_.pairs);
+    const double n = part_.AsMany();
+    return LargestOf(square_) > std::pow(1 + std::sqrt(3 / n), 2) + 4 / std::sqrt(n) ||
+           LargestOf(next_) > 4.75 / std::sqrt(n);
   }
 
   Unfollowed Added() const {
     Unfollowed out;
     if (!is_known_) return out;
-    const double chance = std::sqrt(2 / part_.frames);
+    const double chance = std::sqrt(2 / part_.AsMany());
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(square_);
     for (int i = 0; i < 3; ++i) {
-      const Eigen::Vector3d along = eigen_.eigenvectors().col(i), direction = root_ * along;
-      const double more = std::max(eigen_.eigenvalues()(i) - 1, 0.0) + chance,
+      const Eigen::Vector3d along = eigen.eigenvectors().col(i), direction = root_ * along;
+      const double more = std::max(eigen.eigenvalues()(i) - 1, 0.0) + chance,
                    change = 2 * std::max(more - std::max(along.dot(next_ * along), 0.0), chance);
       out.of_x += more * direction * direction.transpose();
       out.of_rate += change * part_.pairs / part_.dt2_s2 * direction * direction.transpose();
@@ -62,10 +62,15 @@ class Whitened {
   }
 
  private:
+  static double LargestOf(const Eigen::Matrix3d& symmetric) {
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
+    return eigen.computeDirect(symmetric, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  }
+
   const UnfollowedPart& part_;
   bool is_known_ = false;
-  Eigen::Matrix3d root_ = Eigen::Matrix3d::Zero(), next_ = Eigen::Matrix3d::Zero();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen_;
+  Eigen::Matrix3d root_ = Eigen::Matrix3d::Zero(), square_ = Eigen::Matrix3d::Zero(),
+                  next_ = Eigen::Matrix3d::Zero();
 };
 
 Eigen::Vector3d Clipped(const Eigen::Vector3d& r, const Eigen::Matrix3d& noise) {
@@ -76,6 +81,7 @@ Eigen::Vector3d Clipped(const Eigen::Vector3d& r, const Eigen::Matrix3d& noise) 
 void AddFrame(const Eigen::Vector3d& r, const Eigen::Matrix3d& noise, UnfollowedPart* part) {
   const double weight = 1 / noise.trace();
   part->frames += 1;
+  part->squares += 1;
   part->weight += weight;
   part->square += weight * r * r.transpose();
   part->noise += weight * noise;
@@ -95,6 +101,7 @@ void AddPair(const Eigen::Vector3d& before, const Eigen::Vector3d& r, const Eige
 
 UnfollowedPart& UnfollowedPart::operator+=(const UnfollowedPart& other) {
   frames += other.frames;
+  squares += other.squares;
   weight += other.weight;
   pairs += other.pairs;
   weight_of_pairs += other.weight_of_pairs;
@@ -107,6 +114,7 @@ UnfollowedPart& UnfollowedPart::operator+=(const UnfollowedPart& other) {
 
 UnfollowedPart& UnfollowedPart::operator*=(double by) {
   for (double* number : {&frames, &weight, &pairs, &weight_of_pairs, &dt2_s2}) *number *= by;
+  squares *= by * by;
   for (Eigen::Matrix3d* sum : {&square, &noise, &next}) *sum *= by;
   return *this;
 }
@@ -175,17 +183,14 @@ StateCovariance UnfollowedMotion::Covariance(const MotionParts& of) const {
   return out;
 }
 
-void UnfollowedByWindow::Add(const ShownPose& shown) {
+void UnfollowedByWindow::Add(const ShownPose& shown, const MotionParts& of) {
   constexpr double kNear = 60, kWide = 240;  // frames
   near_.Fade(1 - 1 / kNear);
   wide_.Fade(1 - 1 / kWide);
   near_.Add(shown);
   wide_.Add(shown);
-}
-
-StateCovariance UnfollowedByWindow::Covariance(const MotionParts& of) const {
-  const StateCovariance near = near_.Covariance(of);
-  return near.trace() > 0 ? near : wide_.Covariance(of);
+  covariance_ = near_.Covariance(of);
+  if (!(covariance_.trace() > 0)) covariance_ = wide_.Covariance(of);
 }
 
 // Stretch by stretch, each with its neighbours, or, where these show nothing, with more of them.

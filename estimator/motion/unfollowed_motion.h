@@ -15,11 +15,14 @@ namespace tagtwist::internal {
 /// tags' own noise makes R. Sums over frames; each counts by 1 / tr R, so that near and far ones
 /// may be together.
 struct UnfollowedPart {
-  double frames = 0, weight = 0, pairs = 0, weight_of_pairs = 0, dt2_s2 = 0;
+  double frames = 0, squares = 0;  // of what each counts, 1 unless faded, the squares
+  double weight = 0, pairs = 0, weight_of_pairs = 0, dt2_s2 = 0;
   Eigen::Matrix3d square = Eigen::Matrix3d::Zero();  // r r'
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();   // R
   Eigen::Matrix3d next = Eigen::Matrix3d::Zero();    // r of a frame times that of the next
 
+  /// As many that are not faded say as much.
+  double AsMany() const { return frames * frames / squares; }
   UnfollowedPart& operator+=(const UnfollowedPart& other);
   UnfollowedPart& operator*=(double by);
 };
@@ -66,11 +69,13 @@ class UnfollowedMotion {
 /// Of the frames that left a window: of some seconds, or, where they show none, of more.
 class UnfollowedByWindow {
  public:
-  void Add(const ShownPose& shown);
-  StateCovariance Covariance(const MotionParts& of) const;
+  void Add(const ShownPose& shown, const MotionParts& of);
+  /// Of the parts that Add was told.
+  const StateCovariance& Covariance() const { return covariance_; }
 
  private:
   UnfollowedMotion near_, wide_;
+  StateCovariance covariance_ = StateCovariance::Zero();
 };
 
 /// Adds to each state's covariance, of batch, what the frames around it leave unfollowed.

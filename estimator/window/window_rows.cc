@@ -189,7 +189,7 @@ FrameEstimate FixedLagSmoother::EstimateOf(int state) const {
   } else {
     out.covariance += open_motion_.Of(state);
   }
-  out.covariance += unfollowed_motion_.Covariance(LearnedParts(setup_.options));
+  out.covariance += unfollowed_motion_.Covariance();
   const bool is_absurd = !(out.state.twist.v_world.norm() < kFastestMps);
   if (IsMirrorOpen() || seen_[k].is_doubted || is_absurd) out.status = FrameStatus::kNoFix;
   if (!frame.tags.empty() && MayBeMirrored(out.pose_bound)) {

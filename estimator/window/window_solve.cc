@@ -194,7 +194,7 @@ void FixedLagSmoother::LearnWhatIsNotFollowed() {
   const GraphFrame& leaving = hypotheses_.front().input.frames.front();
   const auto shown = ShownBy(setup_, noise_.corner_sigma_px, leaving.t_ns,
                              leaving.state.world_from_body, leaving.tags);
-  if (shown) unfollowed_motion_.Add(*shown);
+  if (shown) unfollowed_motion_.Add(*shown, LearnedParts(setup_.options));
 }
 
 void FixedLagSmoother::LookForOpenMotion(bool at_all) {
