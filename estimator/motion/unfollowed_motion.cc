@@ -10,8 +10,9 @@
 namespace tagtwist::internal {
 namespace {
 
-constexpr double kMostSquared = 12;   // of r in its noise: one frame alone is no scatter
-constexpr double kMostAmongTags = 4;  // of what no pose explains, a degree of freedom
+constexpr double kMostSquared = 12;    // of r in its noise: one frame alone is no scatter
+constexpr double kMostAmongTags = 4;   // of what no pose explains, a degree of freedom
+constexpr double kLoosestRad = 0.035;  // an attitude that is known worse has errors of other kinds
 constexpr double kLeastFrames = 24;
 constexpr int64_t kLongestPairNs = 250'000'000;
 
@@ -124,7 +125,9 @@ std::optional<ShownPose> ShownBy(const EstimatorSetup& setup, double corner_sigm
   if (tags.size() < 2) return std::nullopt;
   const auto told = InformationOfTags(setup, corner_sigma_px, state, tags);
   const auto noise = told ? InverseInformation(told->information) : std::nullopt;
-  if (!noise) return std::nullopt;
+  if (!noise || !(noise->topLeftCorner<3, 3>().trace() < kLoosestRad * kLoosestRad)) {
+    return std::nullopt;
+  }
   const PoseStep step = *noise * told->score;
   if (!step.allFinite()) return std::nullopt;
   const double freedom = 8 * static_cast<double>(tags.size()) - 6;

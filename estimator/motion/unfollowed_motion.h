@@ -35,7 +35,7 @@ struct ShownPose {
   PoseCovariance noise = PoseCovariance::Zero();
   double among_tags = 0, freedom = 0;
 };
-/// nullopt where fewer than two tags show it.
+/// nullopt where fewer than two tags show it, or do not tell its attitude to 2 degrees.
 std::optional<ShownPose> ShownBy(const EstimatorSetup& setup, double corner_sigma_px, int64_t t_ns,
                                  const Pose& state, const std::vector<TagDetection>& tags);
 
