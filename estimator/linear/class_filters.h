@@ -13,7 +13,6 @@ class ClassFilters : public FilterLayout {
  public:
   /// So many that are all the same.
   ClassFilters(size_t n, const Filter& each);
-  size_t size() const { return n_; }
   Filter Of(size_t i) const;
   void Set(size_t i, const Filter& filter);
 

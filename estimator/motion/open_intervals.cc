@@ -143,22 +143,17 @@ std::optional<Livelier> LivelierPart(const LinearMotion& motion, const Block& kn
 }
 
 // What a state answers, given what its neighbour does: P_k = P (P of the neighbour)^-1 P_neighbour.
-bool CarryBack(int to, const BlockBandedMatrix& covariance, Block* response) {
-  Block l = covariance.At(to + 1, to + 1), out = Block::Zero();
+// False where the neighbour's covariance is not positive.
+bool Carry(int from, int to, const BlockBandedMatrix& covariance, Block* response) {
+  Block l = covariance.At(from, from), out = Block::Zero();
   if (!FactorInPlace(&l)) return false;
   SolveRightTransposed(l, response);
   SolveRight(l, response);
-  SubtractProduct(*response, covariance.At(to + 1, to), &out);
-  *response = out;
-  return true;
-}
-
-bool CarryOn(int to, const BlockBandedMatrix& covariance, Block* response) {
-  Block l = covariance.At(to - 1, to - 1), out = Block::Zero();
-  if (!FactorInPlace(&l)) return false;
-  SolveRightTransposed(l, response);
-  SolveRight(l, response);
-  SubtractProductTransposed(*response, covariance.At(to, to - 1), &out);
+  if (to < from) {
+    SubtractProduct(*response, covariance.At(from, to), &out);
+  } else {
+    SubtractProductTransposed(*response, covariance.At(to, from), &out);
+  }
   *response = out;
   return true;
 }
@@ -190,11 +185,11 @@ void Spread(int state, int first_wanted, const BlockBandedMatrix& covariance, Re
   begin(angular, &out->angular);
   begin(linear, &out->linear);
   add_both(response.first, state);
-  for (int k = state - 1; k >= first && CarryBack(k, covariance, &response.first); --k) {
+  for (int k = state - 1; k >= first && Carry(k + 1, k, covariance, &response.first); --k) {
     add_both(response.first, k);
   }
   add_both(response.second, state + 1);
-  for (int k = state + 2; k < end && CarryOn(k, covariance, &response.second); ++k) {
+  for (int k = state + 2; k < end && Carry(k - 1, k, covariance, &response.second); ++k) {
     add_both(response.second, k);
   }
 }
