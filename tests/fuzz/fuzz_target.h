@@ -65,6 +65,7 @@ bool FuzzImage(const std::string& bytes);
 bool FuzzMessage(const std::string& bytes);
 bool FuzzRawImage(const std::string& bytes);
 bool FuzzEstimator(const std::string& bytes);
+bool FuzzFlight(const std::string& bytes);
 
 // What they start from.
 std::vector<FuzzSeed> CameraSeeds();
@@ -86,5 +87,6 @@ std::vector<FuzzSeed> ImageSeeds();
 std::vector<FuzzSeed> MessageSeeds();
 std::vector<FuzzSeed> RawImageSeeds();
 std::vector<FuzzSeed> EstimatorSeeds();
+std::vector<FuzzSeed> FlightSeeds();
 
 }  // namespace tagtwist::internal

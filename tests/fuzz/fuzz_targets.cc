@@ -9,6 +9,7 @@ const std::vector<FuzzTarget>& FuzzTargets() {
       {"config", FuzzConfig, ConfigSeeds},
       {"estimator", FuzzEstimator, EstimatorSeeds},
       {"euroc", FuzzEuroc, EurocSeeds},
+      {"flight", FuzzFlight, FlightSeeds},
       {"folder", FuzzFolder, FolderSeeds},
       {"image", FuzzImage, ImageSeeds},
       {"map", FuzzMap, MapSeeds},
