@@ -1,5 +1,7 @@
 #include "estimator/motion/motion_profile.h"
 
+#include <algorithm>
+
 namespace tagtwist::internal {
 
 MotionHistory HistoryOf(const EstimatorSetup& setup, const NoiseModel& noise,
@@ -16,18 +18,28 @@ MotionParts LearnedParts(const EstimatorOptions& options) {
 
 MotionParts VaryingParts(const MotionHistory& history, const EstimatorOptions& options) {
   const MotionParts learned = LearnedParts(options);
-  return {learned.linear && history.LinearVaries(), learned.angular && history.AngularVaries()};
+  // What a lone tag shows is motion, however little its states tell: the learned densities may be
+  // far too small.
+  const bool any = history.FollowsTag();
+  return {learned.linear && (any || history.LinearVaries()),
+          learned.angular && (any || history.AngularVaries())};
 }
 
 void TakeMotion(const MotionHistory& history, const NoiseModel& noise, const MotionParts& varying,
                 std::vector<GraphFrame>* frames) {
   const auto densities = history.FromBothSides(varying);
+  const MotionParts besides = {varying.linear && history.LinearVaries(),
+                               varying.angular && history.AngularVaries()};
   for (size_t k = 0; k < frames->size(); ++k) {
     MotionScale& motion = (*frames)[k].motion;
     motion = MotionScale{1, 1, motion.breaks};
     if (motion.breaks) continue;
-    if (varying.linear) motion.linear = densities[k].linear / noise.linear.psd;
-    if (varying.angular) motion.angular = densities[k].angular / noise.angular.psd;
+    const bool is_lone = history.IsOfWindow() && LoneTag((*frames)[k].tags);
+    const MotionParts& of = history.FollowsTag() && !is_lone ? besides : varying;
+    // A body that turns as it moves, so that a tag keeps its place in view, looks like rest.
+    const double least = is_lone ? 1 : 0;
+    if (of.linear) motion.linear = std::max(least, densities[k].linear / noise.linear.psd);
+    if (of.angular) motion.angular = std::max(least, densities[k].angular / noise.angular.psd);
   }
 }
 

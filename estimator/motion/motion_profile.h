@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "estimator/graph/graph_builder.h"
-#include "estimator/motion/motion_banks.h"
+#include "estimator/motion/bank/motion_history.h"
 
 namespace tagtwist::internal {
 

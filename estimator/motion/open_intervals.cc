@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "estimator/linear/block_kernels.h"
-#include "estimator/motion/motion_bank.h"
+#include "estimator/motion/bank/motion_bank.h"
 #include "residuals/motion_residual.h"
 
 namespace tagtwist::internal {

@@ -3,7 +3,7 @@
 
 #include "estimator/graph/pose_bound.h"
 #include "estimator/linear/block.h"
-#include "estimator/motion/motion_banks.h"
+#include "estimator/motion/bank/motion_banks.h"
 #include "frontend/types/body_state.h"
 
 namespace tagtwist::internal {

@@ -5,7 +5,7 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/graph_state.h"
-#include "estimator/motion/motion_banks.h"
+#include "estimator/motion/bank/motion_banks.h"
 #include "frontend/types/body_state.h"
 
 namespace tagtwist::internal {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estimator/motion/tags_alone.h"
+#include "estimator/motion/bank/tags_alone.h"
 #include "estimator/start/steady_clock.h"
 #include "frontend/base/format_text.h"
 

@@ -8,7 +8,7 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
-#include "estimator/motion/motion_banks.h"
+#include "estimator/motion/bank/motion_banks.h"
 #include "estimator/result/estimate.h"
 
 namespace tagtwist::internal {

@@ -68,9 +68,7 @@ void FixedLagSmoother::TakeOutranking(const FrameMeasurements& measurement,
   FrameStarts free = StartFrame(setup_, noise_, measurement, &last, std::nullopt);
   if (free.starts.empty()) return;
   const GraphFrame& frame = free.starts[0];
-  const auto alone =
-      PoseOfTags(setup_, noise_.corner_sigma_px, frame.tags, frame.state.world_from_body);
-  if (!alone || !alone->is_consensus) return;
+  if (!Outranks(setup_, noise_, hypotheses_[0].motion, frame)) return;
   free.starts.resize(1);
   *starts = std::move(free);
 }

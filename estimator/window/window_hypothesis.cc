@@ -142,13 +142,18 @@ std::vector<bool> MostOfFrame(const std::vector<TagRef>& wrong,
   return out;
 }
 
-bool IsConsensus(const EstimatorSetup& setup, const NoiseModel& noise, const GraphFrame& frame) {
-  const auto alone =
-      PoseOfTags(setup, noise.corner_sigma_px, frame.tags, frame.state.world_from_body);
+}  // namespace
+
+bool Outranks(const EstimatorSetup& setup, const NoiseModel& noise, const MotionHistory& motion,
+              const GraphFrame& frame) {
+  const Pose& pose = frame.state.world_from_body;
+  if (motion.Follows(frame.tags)) {
+    const auto shown = MotionShownByLoneTag(setup, noise.corner_sigma_px, frame.tags, pose);
+    return shown && shown->is_only;
+  }
+  const auto alone = PoseOfTags(setup, noise.corner_sigma_px, frame.tags, pose);
   return alone && alone->is_consensus;
 }
-
-}  // namespace
 
 bool DropContradicted(const EstimatorSetup& setup, const NoiseModel& noise,
                       WindowHypothesis* hypothesis) {
@@ -158,7 +163,7 @@ bool DropContradicted(const EstimatorSetup& setup, const NoiseModel& noise,
   if (most.back()) return false;
   std::vector<bool> outranks(frames.size(), false);
   for (size_t k = 0; k < frames.size(); ++k) {
-    outranks[k] = most[k] && IsConsensus(setup, noise, frames[k]);
+    outranks[k] = most[k] && Outranks(setup, noise, hypothesis->motion, frames[k]);
   }
   const auto stays = [&](const TagRef& ref) { return outranks[static_cast<size_t>(ref.state)]; };
   wrong.erase(std::remove_if(wrong.begin(), wrong.end(), stays), wrong.end());
@@ -174,7 +179,7 @@ bool NewestContradicts(const EstimatorSetup& setup, const NoiseModel& noise,
                        const WindowHypothesis& hypothesis) {
   const std::vector<GraphFrame>& frames = hypothesis.input.frames;
   return MostOfFrame(Contradicted(hypothesis), frames).back() &&
-         IsConsensus(setup, noise, frames.back());
+         Outranks(setup, noise, hypothesis.motion, frames.back());
 }
 
 void MarginalizeOldest(WindowHypothesis* hypothesis) {

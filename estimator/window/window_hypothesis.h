@@ -3,7 +3,7 @@
 
 #include "estimator/graph/graph_builder.h"
 #include "estimator/graph/noise_model.h"
-#include "estimator/motion/motion_banks.h"
+#include "estimator/motion/bank/motion_history.h"
 #include "estimator/solve/quadratic_chain.h"
 #include "estimator/solve/smoother.h"
 #include "frontend/base/result.h"
@@ -40,6 +40,12 @@ Status SolveHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
 /// a constant; what has left keeps the noise that it had.
 Status StepHypothesis(const EstimatorSetup& setup, const NoiseModel& noise,
                       const SolveOptions& options, WindowHypothesis* hypothesis);
+
+/// Whether a frame's tags, near its pose, say more than its motion does: they agree with one
+/// another, or are of a tag that goes on from frame to frame, and leave no mirrored pose open: of
+/// two poses the motion has to tell.
+bool Outranks(const EstimatorSetup& setup, const NoiseModel& noise, const MotionHistory& motion,
+              const GraphFrame& frame);
 
 /// Takes out the tags that the solution contradicts, none where they are most of the newest
 /// frame's: then its state is wrong rather than they. Nor those of another frame if they are most

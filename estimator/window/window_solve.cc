@@ -127,7 +127,10 @@ Status FixedLagSmoother::SolveOne(const TimeUp& time_up, WindowHypothesis* hypot
 // accounts of the frames are judged by one motion: else a lively one would excuse everything.
 void FixedLagSmoother::FollowMotion() {
   for (WindowHypothesis& hypothesis : hypotheses_) {
-    hypothesis.motion.Add(setup_, noise_, hypothesis.input.frames.back());
+    GraphFrame shown = hypothesis.input.frames.back();
+    // What is left of tags that contradict one another may be the wrong one.
+    if (shown.tags.size() < seen_.back().tags.size() && LoneTag(shown.tags)) shown.tags.clear();
+    hypothesis.motion.Add(setup_, noise_, shown);
   }
   if (hypotheses_.size() == 1) LetMotionVary(&hypotheses_[0]);
 }

@@ -1,4 +1,4 @@
-#include "estimator/motion/interval_classes.h"
+#include "estimator/motion/bank/interval_classes.h"
 
 #include <gtest/gtest.h>
 

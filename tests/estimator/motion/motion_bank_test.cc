@@ -1,4 +1,4 @@
-#include "estimator/motion/motion_bank.h"
+#include "estimator/motion/bank/motion_bank.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <random>
 #include <vector>
 
-#include "estimator/motion/motion_bank.h"
+#include "estimator/motion/bank/motion_bank.h"
 #include "estimator/motion/open_motion_of_chain.h"
 #include "residuals/motion_residual.h"
 

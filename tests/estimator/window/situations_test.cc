@@ -145,6 +145,36 @@ TEST(OneTag, ABodyThatStopsAndGoesIsFollowed) {
   }
 }
 
+// One and the same tag of a mat in view, for most of the time or always.
+TEST(LoneTag, ABodyThatStopsAndGoesIsFollowed) {
+  for (const Situation situation : {Situation::kLoneTag, Situation::kLoneAtTimes}) {
+    for (const unsigned seed : {1U, 71U, 72U}) {
+      const SituationDraw draw = DrawSituation(situation, seed);
+      const WindowRun run = RunWindow(draw.setup, draw.measurements);
+      const SituationScore current = Judge(draw, run.current), lagged = Judge(draw, run.lagged);
+      SCOPED_TRACE(NameOf(situation) + std::to_string(seed) + " lag 0: " + Text(current) +
+                   "; lagged: " + Text(lagged));
+      EXPECT_LT(current.nees, 2);
+      EXPECT_LT(lagged.nees, 2);
+      EXPECT_LT(current.beyond, 0.05);
+      EXPECT_LT(lagged.beyond, 0.05);
+    }
+  }
+}
+
+// A body that swings about a lone tag keeps it where it is in the image, and looks like one at
+// rest: what the window's frames do not resolve is not known to be rest.
+TEST(Orbit, RestIsNotClaimedOfABodyThatSwingsAboutItsTag) {
+  for (const unsigned seed : {46U, 71U, 76U}) {
+    const SituationDraw draw = DrawSituation(Situation::kOrbit, seed);
+    const WindowRun run = RunWindow(draw.setup, draw.measurements);
+    const SituationScore current = Judge(draw, run.current), lagged = Judge(draw, run.lagged);
+    SCOPED_TRACE("lag 0: " + Text(current) + "; lagged: " + Text(lagged));
+    EXPECT_LT(current.nees, 2.2);
+    EXPECT_LT(lagged.nees, 2);
+  }
+}
+
 // Of the velocity at arrival, over frames after the first hundred: the largest variance, in units
 // of the median one.
 double LargestVariance(const SituationDraw& draw) {

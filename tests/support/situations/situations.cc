@@ -5,10 +5,12 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <utility>
 
 #include "frontend/tags/filter_tags.h"
 #include "tests/support/flights/exact_model.h"
 #include "tests/support/flights/tag_scene.h"
+#include "tests/support/situations/lone_tag_scenes.h"
 #include "tests/support/situations/phantoms.h"
 #include "tests/support/situations/rolling_tags.h"
 #include "tests/support/situations/situation_stamps.h"
@@ -110,9 +112,6 @@ struct Motion {
     return Hover(Eigen::Vector3d(0.9, 0.9, height_m) + x * along, 0.3 + x * turn.z(),
                  {0.05 + x * turn.x(), 0.04 + x * turn.y(), 0});
   }
-  BodyState StateAt(double t) const {
-    return StateAlong([this](double at) { return At(at); }, t);
-  }
 };
 
 Motion MotionOf(Situation situation, Rng* rng) {
@@ -148,6 +147,16 @@ void MakeTwin(double t, bool apart, const std::vector<int>& ids, const Estimator
   m->tags = FilterTags(seen, setup.map, setup.camera, 0);
 }
 
+constexpr int kLone = 40;
+
+std::function<Pose(double t)> PoseAtOf(Situation situation, const TagMap& map, const Motion& motion,
+                                       Rng* rng) {
+  if (situation == Situation::kOrbit) {
+    return OrbitAbout(map.Find(kLone)->world_from_tag.translation(), rng);
+  }
+  return [motion](double t) { return motion.At(t); };
+}
+
 }  // namespace
 
 BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t) {
@@ -160,35 +169,19 @@ BodyState StateAlong(const std::function<Pose(double t)>& pose_at, double t) {
   return out;
 }
 
-SituationDraw BeforeOneTag(SituationDraw draw) {
-  std::map<int, size_t> shown;
-  for (const FrameMeasurements& frame : draw.measurements) {
-    for (const TagDetection& tag : frame.tags) ++shown[tag.id];
-  }
-  const int id = std::max_element(shown.begin(), shown.end(), [](const auto& a, const auto& b) {
-                   return a.second < b.second;
-                 })->first;
-  draw.setup.map = TagMap(draw.setup.map.family(), {*draw.setup.map.Find(id)});
-  for (FrameMeasurements& frame : draw.measurements) {
-    const auto is_other = [id](const TagDetection& tag) { return tag.id != id; };
-    frame.tags.erase(std::remove_if(frame.tags.begin(), frame.tags.end(), is_other),
-                     frame.tags.end());
-  }
-  return draw;
-}
-
 std::string NameOf(Situation situation) {
   const char* const names[] = {"smooth",  "rest",         "take-off", "trapezoid", "stop and go",
                                "hit",     "vibration",    "gaps",     "phantoms",  "kidnapped",
                                "far tag", "jitter",       "bursts",   "twin",      "twin apart",
                                "gantry",  "stick-slip",   "repeated", "noisy",     "one tag",
-                               "rolling", "rolling turn", "late"};
+                               "rolling", "rolling turn", "late",     "lone tag",  "alone at times",
+                               "orbit"};
   return names[static_cast<size_t>(situation)];
 }
 
 std::vector<Situation> AllSituations() {
   std::vector<Situation> out;
-  for (int i = 0; i <= static_cast<int>(Situation::kLate); ++i) {
+  for (int i = 0; i <= static_cast<int>(Situation::kOrbit); ++i) {
     out.push_back(static_cast<Situation>(i));
   }
   return out;
@@ -198,11 +191,16 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
   if (situation == Situation::kOneTag) {
     return BeforeOneTag(DrawSituation(Situation::kStopAndGo, seed, rate_hz));
   }
+  if (situation == Situation::kLoneTag || situation == Situation::kLoneAtTimes) {
+    return WithLoneTag(DrawSituation(Situation::kStopAndGo, seed, rate_hz),
+                       situation == Situation::kLoneAtTimes);
+  }
   Rng rng(1000 * seed + static_cast<unsigned>(situation));
   SituationDraw out;
   out.setup = CourseSetup();
   if (SituationStamps::AreWrong(situation)) out.judged_from = 60;
   const Motion motion = MotionOf(situation, &rng);
+  const auto pose_at = PoseAtOf(situation, out.setup.map, motion, &rng);
   const bool is_rolling = situation == Situation::kRolling || situation == Situation::kRollingTurn;
   if (is_rolling) out.setup.line_time_s = 20e-3 / out.setup.camera.height;
   std::vector<int> twins;
@@ -210,7 +208,7 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
   const double gap_from = Draw(&rng, 4, 8), gap_to = gap_from + std::pow(10, Draw(&rng, -1, 0.7));
   for (int k = 0; k < static_cast<int>(kDurationS * rate_hz); ++k) {
     const double t = k / rate_hz;
-    const BodyState truth = motion.StateAt(t);
+    const BodyState truth = StateAlong(pose_at, t);
     FrameMeasurements m;
     m.t_ns = stamps.Next(k);
     const bool is_noisy = situation == Situation::kNoisy && t > gap_from && t < gap_from + 5;
@@ -220,9 +218,9 @@ SituationDraw DrawSituation(Situation situation, unsigned seed, double rate_hz) 
                      static_cast<unsigned>(rng()));
     if (is_rolling)
       RollTags(
-          out.setup, [&](double s) { return motion.At(t + s); }, &m.tags);
-    if (situation == Situation::kFarTag) {
-      const auto other = [](const TagDetection& tag) { return tag.id != 40; };
+          out.setup, [&](double s) { return pose_at(t + s); }, &m.tags);
+    if (situation == Situation::kFarTag || situation == Situation::kOrbit) {
+      const auto other = [](const TagDetection& tag) { return tag.id != kLone; };
       m.tags.erase(std::remove_if(m.tags.begin(), m.tags.end(), other), m.tags.end());
     }
     if (situation == Situation::kGaps && t > gap_from && t < gap_to) m.tags.clear();

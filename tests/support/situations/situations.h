@@ -36,6 +36,9 @@ enum class Situation {
   kRolling,      // stops and goes under a rolling shutter of 20 ms
   kRollingTurn,  // under the same it turns by 2 to 6 rad/s from some time on
   kLate,         // one stamp of ten comes late, by a third of an interval in the mean
+  kLoneTag,      // stops and goes over the mat, of which one and the same tag is seen
+  kLoneAtTimes,  // the same; for seven frames of every 21 with another tag beside it
+  kOrbit,        // swings about one tag, all that is seen, which keeps its place in the image
 };
 std::vector<Situation> AllSituations();
 std::string NameOf(Situation situation);

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "estimator/motion/motion_bank.h"
+#include "estimator/motion/bank/motion_bank.h"
 
 namespace tagtwist::internal {
 

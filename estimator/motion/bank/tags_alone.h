@@ -15,8 +15,10 @@ struct PoseMeasurement {
   /// three and most of the frame's lie there within 4 sigma, or both of two, which then fit as a
   /// whole; and no mirrored pose explains them as well. A lone tag has nothing to agree with.
   bool is_consensus = false;
-  /// Whether they fit as a whole, as far as that goes, and no mirrored pose explains them as well.
-  bool fits = false;
+  /// Whether no mirrored pose explains them as well.
+  bool is_only = false;
+  /// What the tags leave open of the attitude, the variance of an axis in the mean [rad^2].
+  double open_rad2 = 0;
 };
 
 /// What the tags of a frame say among themselves, before anything is known of the motion: least
@@ -26,5 +28,19 @@ struct PoseMeasurement {
 /// degrees.
 std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double corner_sigma_px,
                                           const std::vector<TagDetection>& tags, const Pose& start);
+
+/// The tag that a frame's detections are all of; nullopt where there is none, or several.
+std::optional<int> LoneTag(const std::vector<TagDetection>& tags);
+
+/// What a lone tag shows of motion: where it lies in the body's frame, and how it is turned about
+/// the line of sight, both of which its corners tell well, however open the pose is of which they
+/// are. The attitude is the one that the body had if it only turned, the position the one that it
+/// had if it only moved; neither is to be compared with another tag's. nullopt where the corners do
+/// not fit, where they leave the attitude open by more than 3 degrees an axis, under a rolling
+/// shutter, and where no tag is alone.
+std::optional<PoseMeasurement> MotionShownByLoneTag(const EstimatorSetup& setup,
+                                                    double corner_sigma_px,
+                                                    const std::vector<TagDetection>& tags,
+                                                    const Pose& start);
 
 }  // namespace tagtwist::internal

@@ -1,4 +1,4 @@
-#include "estimator/motion/tags_alone.h"
+#include "estimator/motion/bank/tags_alone.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -94,12 +94,18 @@ bool IsMirrorOpen(const std::vector<TagReprojection>& tags, double huber_delta, 
   return there && there->squares - squares < kDecided;
 }
 
-}  // namespace
+// Least squares of the tags.
+struct Alone {
+  Pose world_from_body;
+  Normals normals;
+  PoseCovariance covariance = PoseCovariance::Zero();  // grown by the misfit
+  double misfit = 1;
+  bool is_only = true;      // no mirrored pose explains them as well
+  bool is_settled = false;  // no further step would show
+};
 
-std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double corner_sigma_px,
-                                          const std::vector<TagDetection>& tags,
-                                          const Pose& start) {
-  constexpr double kMostAttitudeSigma = 0.035;  // rad
+std::optional<Alone> SolveAlone(const EstimatorSetup& setup, double corner_sigma_px,
+                                const std::vector<TagDetection>& tags, const Pose& start) {
   if (tags.empty()) return std::nullopt;
   std::vector<TagReprojection> residuals;
   residuals.reserve(tags.size());
@@ -109,31 +115,101 @@ std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double co
                                           CornerCovariance(setup, tag, corner_sigma_px)},
                            cameras.Of(tag.camera));
   }
-  PoseMeasurement out;
+  const double delta = HuberDelta(setup.options.robust_scale, 8);
+  Alone out;
   out.world_from_body = start;
-  std::optional<Normals> normals;
   for (int i = 0; i < kMostIterations; ++i) {
-    normals = Linearise(residuals, HuberDelta(setup.options.robust_scale, 8), out.world_from_body);
+    const auto normals = Linearise(residuals, delta, out.world_from_body);
     if (!normals) return std::nullopt;
+    out.normals = *normals;
     const Vector6 step = -normals->hessian.ldlt().solve(normals->gradient);
     if (!step.allFinite()) return std::nullopt;
     out.world_from_body = Retract(out.world_from_body, step);
-    if (step.norm() * std::sqrt(step.dot(normals->hessian * step)) < kSettled) break;
+    out.is_settled = step.norm() * std::sqrt(step.dot(normals->hessian * step)) < kSettled;
+    if (out.is_settled) break;
   }
-  const auto covariance = InverseInformation(normals->hessian);
+  const auto covariance = InverseInformation(out.normals.hessian);
   if (!covariance) return std::nullopt;
-  const double misfit = Misfit(*normals, tags.size());
-  out.attitude_covariance = misfit * covariance->topLeftCorner<3, 3>();
-  out.position_covariance = misfit * covariance->bottomRightCorner<3, 3>();
+  out.misfit = Misfit(out.normals, tags.size());
+  out.covariance = out.misfit * *covariance;
   const auto mirrored = MirroredPoseOf(setup, tags, out.world_from_body);
-  const bool is_only =
-      !(mirrored && IsMirrorOpen(residuals, HuberDelta(setup.options.robust_scale, 8),
-                                 normals->squares, out.world_from_body, *mirrored));
-  out.is_consensus = is_only && HasTwoIds(tags) && MostAgree(*normals, tags.size(), misfit);
-  out.fits = is_only && misfit == 1 && !setup.HasRollingShutter();
+  out.is_only = !(mirrored && IsMirrorOpen(residuals, delta, out.normals.squares,
+                                           out.world_from_body, *mirrored));
+  return out;
+}
+
+Eigen::Matrix3d Cross(const Eigen::Vector3d& a) {
+  Eigen::Matrix3d out;
+  out << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return out;
+}
+
+}  // namespace
+
+std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double corner_sigma_px,
+                                          const std::vector<TagDetection>& tags,
+                                          const Pose& start) {
+  constexpr double kMostAttitudeSigma = 0.035;  // rad
+  const auto alone = SolveAlone(setup, corner_sigma_px, tags, start);
+  if (!alone) return std::nullopt;
+  PoseMeasurement out;
+  out.world_from_body = alone->world_from_body;
+  out.attitude_covariance = alone->covariance.topLeftCorner<3, 3>();
+  out.position_covariance = alone->covariance.bottomRightCorner<3, 3>();
+  out.is_only = alone->is_only;
+  out.open_rad2 = alone->covariance.topLeftCorner<3, 3>().trace() / 3;
+  out.is_consensus =
+      alone->is_only && HasTwoIds(tags) && MostAgree(alone->normals, tags.size(), alone->misfit);
   if (!(out.attitude_covariance.trace() < kMostAttitudeSigma * kMostAttitudeSigma)) {
     return std::nullopt;
   }
+  return out;
+}
+
+std::optional<int> LoneTag(const std::vector<TagDetection>& tags) {
+  if (tags.empty() || HasTwoIds(tags)) return std::nullopt;
+  return tags.front().id;
+}
+
+std::optional<PoseMeasurement> MotionShownByLoneTag(const EstimatorSetup& setup,
+                                                    double corner_sigma_px,
+                                                    const std::vector<TagDetection>& tags,
+                                                    const Pose& start) {
+  constexpr double kLeastSine = 0.05;
+  constexpr double kMostOpenRad = 0.05;  // an axis; beyond, errors are of other kinds
+  const auto id = LoneTag(tags);
+  if (!id || setup.HasRollingShutter()) return std::nullopt;
+  const auto alone = SolveAlone(setup, corner_sigma_px, tags, start);
+  if (!alone || alone->misfit != 1 || !alone->is_settled) return std::nullopt;
+  const double open_rad2 = alone->covariance.topLeftCorner<3, 3>().trace() / 3;
+  if (!(open_rad2 < kMostOpenRad * kMostOpenRad)) return std::nullopt;
+  const auto& corners = setup.map.CornersInWorld(*id);
+  const Eigen::Vector3d centre_in_world = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
+  const Eigen::Matrix3d body_from_world =
+      alone->world_from_body.rotation().conjugate().toRotationMatrix();
+  // The tag's centre and a side of it, in B.
+  const Eigen::Vector3d p =
+      body_from_world * (centre_in_world - alone->world_from_body.translation());
+  const Eigen::Vector3d side = body_from_world * (corners[1] - corners[0]).normalized();
+  const Eigen::Vector3d z = p.normalized();
+  const double sine = z.cross(side).norm();
+  if (!(sine > kLeastSine)) return std::nullopt;
+  const Eigen::Vector3d y = z.cross(side) / sine, x = y.cross(z);
+  // By the pose's attitude (in B) and position (in W).
+  Eigen::Matrix<double, 3, 6> of_p, of_turn;
+  of_p << Cross(p), -body_from_world;
+  of_turn = -Cross(p) * of_p / p.squaredNorm();
+  Eigen::Matrix<double, 3, 6> of_side = -Cross(side) * of_turn;
+  of_side.leftCols<3>() += Cross(side);
+  of_turn -= z * (y.transpose() * of_side) / sine;
+  Eigen::Matrix3d turned;
+  turned << x.transpose(), y.transpose(), z.transpose();
+  PoseMeasurement out;
+  out.world_from_body = MakePose(Eigen::Quaterniond(turned), -p);
+  out.is_only = alone->is_only;
+  out.open_rad2 = alone->covariance.topLeftCorner<3, 3>().trace() / 3;
+  out.attitude_covariance = of_turn * alone->covariance * of_turn.transpose();
+  out.position_covariance = of_p * alone->covariance * of_p.transpose();
   return out;
 }
 
