@@ -1,22 +1,26 @@
 #include "estimator/motion/bank/following_banks.h"
 
 namespace tagtwist::internal {
+namespace {
+
+// As lively as those were, of the same parts.
+MotionBanks AsLively(MotionBanks banks, const MotionBanks& before) {
+  banks.FollowOnly(before.follows());
+  banks.SetWeights(before.weights());
+  return banks;
+}
+
+}  // namespace
 
 void FollowingBanks::Follow(const std::optional<int>& tag, const MotionBanks& fresh) {
   if (tag == tag_) return;
-  const MotionBanks before = banks;
-  if (!tag_) of_poses_ = before;
+  if (!tag_) of_poses_ = banks;
   tag_ = tag;
-  banks = !tag && of_poses_ ? *of_poses_ : fresh;
-  banks.FollowOnly(before.follows());
-  banks.SetWeights(before.weights());
+  banks = AsLively(!tag && of_poses_ ? *of_poses_ : fresh, banks);
 }
 
 void FollowingBanks::StartAnew(const MotionBanks& fresh) {
-  const MotionBanks before = banks;
-  banks = fresh;
-  banks.FollowOnly(before.follows());
-  banks.SetWeights(before.weights());
+  banks = AsLively(fresh, banks);
   of_poses_.reset();
 }
 

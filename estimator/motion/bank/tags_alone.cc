@@ -9,6 +9,7 @@
 #include "estimator/rig/rig_pose.h"
 #include "frontend/base/statistics/quantile.h"
 #include "frontend/base/statistics/robust.h"
+#include "frontend/types/so3.h"
 #include "residuals/tag_reprojection_residual.h"
 
 namespace tagtwist::internal {
@@ -138,12 +139,6 @@ std::optional<Alone> SolveAlone(const EstimatorSetup& setup, double corner_sigma
   return out;
 }
 
-Eigen::Matrix3d Cross(const Eigen::Vector3d& a) {
-  Eigen::Matrix3d out;
-  out << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return out;
-}
-
 }  // namespace
 
 std::optional<PoseMeasurement> PoseOfTags(const EstimatorSetup& setup, double corner_sigma_px,
@@ -197,17 +192,17 @@ std::optional<PoseMeasurement> MotionShownByLoneTag(const EstimatorSetup& setup,
   const Eigen::Vector3d y = z.cross(side) / sine, x = y.cross(z);
   // By the pose's attitude (in B) and position (in W).
   Eigen::Matrix<double, 3, 6> of_p, of_turn;
-  of_p << Cross(p), -body_from_world;
-  of_turn = -Cross(p) * of_p / p.squaredNorm();
-  Eigen::Matrix<double, 3, 6> of_side = -Cross(side) * of_turn;
-  of_side.leftCols<3>() += Cross(side);
+  of_p << Hat(p), -body_from_world;
+  of_turn = -Hat(p) * of_p / p.squaredNorm();
+  Eigen::Matrix<double, 3, 6> of_side = -Hat(side) * of_turn;
+  of_side.leftCols<3>() += Hat(side);
   of_turn -= z * (y.transpose() * of_side) / sine;
   Eigen::Matrix3d turned;
   turned << x.transpose(), y.transpose(), z.transpose();
   PoseMeasurement out;
   out.world_from_body = MakePose(Eigen::Quaterniond(turned), -p);
   out.is_only = alone->is_only;
-  out.open_rad2 = alone->covariance.topLeftCorner<3, 3>().trace() / 3;
+  out.open_rad2 = open_rad2;
   out.attitude_covariance = of_turn * alone->covariance * of_turn.transpose();
   out.position_covariance = of_p * alone->covariance * of_p.transpose();
   return out;
